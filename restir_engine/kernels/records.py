@@ -1,0 +1,256 @@
+"""The records through which scene, settings and working memory reach kernels.
+
+An array stands in a record as its address (int64; 0: none) and, where needed, its length. The Python side
+(`scene`, `session`) owns every array. A kernel takes records, so that its argument types never depend on the scene.
+All matrices are row-major 3x4. Units are Blender's: scene units, radians, scene-linear radiance.
+"""
+
+import numpy as np
+
+from .memory import record_at
+
+
+def _record(*fields) -> np.dtype:
+    """A dtype from names of int64 fields, and (name, "f" or count) pairs for float64 fields."""
+    result = []
+    for field in fields:
+        if isinstance(field, str):
+            result.append((field, np.int64))
+        else:
+            name, shape = field
+            result.append((name, np.float64) if shape == 1 else (name, np.float64, (shape,)))
+    return np.dtype(result)
+
+
+# Geometry -------------------------------------------------------------------------------------------------
+
+# Attribute domains.
+DOMAIN_POINT, DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_MESH = 0, 1, 2, 3
+
+ATTRIBUTE = _record(
+    "name",  # interned, see Scene.attribute_names; 0 is the active render UV map
+    "domain",
+    "components",  # 1 to 4 floats an element
+    "values",  # float32 [elements, components]
+)
+
+MESH = _record(
+    "vertices",  # float32 [n_vertices, 3]
+    "n_vertices",
+    "triangles",  # uint32 [n_triangles, 3], vertex indices
+    "n_triangles",
+    "corners",  # uint32 [n_triangles, 3], indices into DOMAIN_CORNER arrays
+    "polygons",  # int32 [n_triangles], indices into DOMAIN_FACE arrays
+    "normals",  # float32 [points or corners, 3], object space; 0: flat
+    "normals_domain",  # DOMAIN_POINT or DOMAIN_CORNER
+    "smooth",  # uint8 [n_triangles], 0: this triangle is flat; address 0: all smooth when normals is set
+    "material_slots",  # int32 [n_triangles], slot of the object; address 0: all 0
+    "tangents",  # float32 [n_triangles * 3, 4], MikkTSpace of the active UV map, w = sign; may be 0
+    "attributes",  # ATTRIBUTE [n_attributes]
+    "n_attributes",
+    "embree",  # RTCScene of this mesh alone (bottom level)
+    ("generated_offset", 3),  # generated = (p - offset) * scale, in object space
+    ("generated_scale", 3),
+)
+
+INSTANCE = _record(
+    "mesh",  # index into meshes
+    "materials",  # start in material_slots
+    "n_materials",
+    "visibility",  # RAY_* bits of the rays that see it
+    "flags",  # INSTANCE_* bits
+    "object_index",  # pass_index of the object
+    "lights",  # start of this instance's triangles in the table of emissive triangles, -1: none
+    ("random", 1),  # Object Info > Random
+    ("color", 4),
+    ("location", 3),
+    ("to_world", 12),
+    ("to_object", 12),
+    ("dupli_generated", 3),  # the instancer's texture coordinates
+    ("dupli_uv", 2),
+    ("particle", 1),  # particle random, 0 when there is none
+)
+INSTANCE_MIRRORED = 1  # the matrix has a negative determinant
+INSTANCE_HOLDOUT = 2
+INSTANCE_SHADOW_CATCHER = 4
+
+# Ray types, the same bits as path flags of Light Path and as visibility of instances and lights.
+RAY_CAMERA = 1
+RAY_REFLECT = 2
+RAY_TRANSMIT = 4
+RAY_DIFFUSE = 8
+RAY_GLOSSY = 16
+RAY_SINGULAR = 32
+RAY_TRANSPARENT = 64
+RAY_VOLUME = 128
+RAY_SHADOW_OPAQUE = 256  # shadow rays against instances none of whose materials lets light through
+RAY_SHADOW_TRANSPARENT = 512  # shadow rays against the others
+RAY_SHADOW = RAY_SHADOW_OPAQUE | RAY_SHADOW_TRANSPARENT
+RAY_EMISSION = 1024  # a program is run for its emission only (a light sampled by next event estimation)
+RAY_ALL = 1023
+
+# Shading ------------------------------------------------------------------------------------------------
+
+MATERIAL = _record(
+    "code",  # start of the surface program in `code`, -1: none (black, no emission)
+    "constants",  # start of its constants in `constants` (float64)
+    "n_constants",  # copied to registers 0 … n_constants before the program runs
+    "flags",  # MATERIAL_* bits
+    "pass_index",
+    "emission_sampling",  # 0 none, 1 auto, 2 front, 3 back, 4 both
+    ("emission_estimate", 3),  # radiance, for light selection; 0 where it does not emit
+)
+MATERIAL_EMITS = 1
+MATERIAL_TRANSPARENT = 2  # may let shadow rays through
+MATERIAL_VARYING_EMISSION = 4  # emission depends on the point (a texture)
+
+IMAGE = _record(
+    "pixels",  # float32 or uint8 [height, width, 4] rows bottom to top, scene-linear unless flags say otherwise
+    "width",
+    "height",
+    "flags",
+)
+
+CLOSURE = _record(
+    "kind",  # LOBE_* of kernels.lobes
+    ("weight", 3),
+    ("sample_weight", 1),
+    ("n", 3),
+    ("t", 3),
+    ("alpha_x", 1),
+    ("alpha_y", 1),
+    ("ior", 1),
+    ("p", 16),  # what else the lobe needs; each lobe module names its own
+)
+MAX_CLOSURES = 32
+MAX_REGISTERS = 2048
+
+SHADING_POINT = _record(
+    "instance",  # -1: none (world or light)
+    "primitive",
+    "mesh",
+    "material",  # index into materials: the program that runs
+    "light",  # index into lights when a light's program runs, else -1
+    "backfacing",
+    "ray_flags",  # RAY_* bits of the path that arrives
+    "depth",
+    "diffuse_depth",
+    "glossy_depth",
+    "transmission_depth",
+    "transparent_depth",
+    "closures",  # address of CLOSURE [MAX_CLOSURES]
+    "n_closures",
+    "registers",  # address of float64 [MAX_REGISTERS]
+    ("t", 1),  # length of the ray that arrived
+    ("u", 1),  # barycentric weights of corners 1 and 2 on a triangle; parametric on a light
+    ("v", 1),
+    ("time", 1),
+    ("p", 3),
+    ("n", 3),  # shading normal, on the side of wo's geometric side
+    ("ng", 3),  # geometric normal, flipped to the side of wo
+    ("wo", 3),  # unit, towards where the ray came from
+    ("dpdu", 3),  # by barycentric u and v, world space
+    ("dpdv", 3),
+    ("dp", 1),  # radius of the ray's footprint at p
+    ("dd", 1),  # its growth by unit of distance
+    # What the program wrote:
+    ("emission", 3),
+    ("transparent", 3),  # weight of transparent closures
+    ("holdout", 1),
+)
+
+# Lights and world -----------------------------------------------------------------------------------------
+
+LIGHT = _record(
+    "kind",  # LIGHT_* of kernels.lights
+    "material",  # program, -1: constant emission
+    "visibility",  # RAY_* bits
+    "flags",
+    "object_index",
+    "max_bounces",
+    ("to_world", 12),
+    ("to_object", 12),
+    ("strength", 3),  # colour times power in the kind's own radiometric unit, see kernels.lights
+    ("p", 16),  # what else the kind needs; each names its own
+)
+
+LIGHT_SAMPLE = _record(
+    "light",  # light index, -1: emissive triangle, -2: world
+    "flags",
+    ("wi", 3),
+    ("distance", 1),  # inf for sun and world
+    ("p", 3),
+    ("ng", 3),
+    ("pdf", 1),  # solid angle, selection included; 1 for delta lights (LIGHT_SAMPLE_DELTA)
+    ("radiance", 3),
+    ("uv", 2),
+)
+LIGHT_SAMPLE_DELTA = 1
+LIGHT_SAMPLE_NO_SHADOW = 2
+
+CAMERA = _record(
+    "kind",  # 0 perspective, 1 orthographic, 2 equirectangular panorama
+    "width",
+    "height",
+    "blades",
+    ("to_world", 12),  # the camera looks along -z, y up
+    ("to_camera", 12),
+    ("screen", 4),  # left, right, bottom, top of the image plane at distance 1 (perspective) or in units
+    ("clip_start", 1),
+    ("clip_end", 1),
+    ("aperture", 1),  # lens radius, 0: pinhole
+    ("focus_distance", 1),
+    ("blade_rotation", 1),
+    ("aperture_ratio", 1),
+    ("panorama", 4),  # longitude and latitude: minimum and maximum
+)
+
+SCENE = _record(
+    "embree",  # RTCScene, top level
+    "intersect_args",  # address of the RTCIntersectArguments that kernels use
+    "meshes",
+    "n_meshes",
+    "instances",
+    "n_instances",
+    "materials",
+    "n_materials",
+    "material_slots",  # int32, indices into materials
+    "code",  # int32, all programs
+    "constants",  # float64
+    "tables",  # float32: colour ramps, curves
+    "images",
+    "n_images",
+    "lobe_tables",  # float32: albedo tables, see kernels.lobes
+    "lights",
+    "n_lights",
+    "light_table",  # owned by scene.lights: everything that selection and sampling need (its own record)
+    "world_material",  # program of the world, -1: black
+    "world_table",  # owned by scene.world: importance map
+    "world_visibility",
+    "flags",
+    ("bounds", 6),  # min and max of all instances
+)
+SCENE_HAS_TRANSPARENT = 1
+
+mesh_at = record_at(MESH)
+instance_at = record_at(INSTANCE)
+attribute_at = record_at(ATTRIBUTE)
+material_at = record_at(MATERIAL)
+image_at = record_at(IMAGE)
+closure_at = record_at(CLOSURE)
+shading_point_at = record_at(SHADING_POINT)
+light_at = record_at(LIGHT)
+light_sample_at = record_at(LIGHT_SAMPLE)
+
+# Working memory of one tile call: one block, owned by the session, 64-byte aligned ---------------------------------
+
+SCRATCH_RAY = 0  # RTCRayHit, 96 bytes, and a second one for shadow rays behind it
+SCRATCH_SHADOW_RAY = 128
+SCRATCH_LIGHT_SAMPLE = 256
+SCRATCH_POINT = 512  # SHADING_POINT of the path
+SCRATCH_SHADOW_POINT = 2048  # SHADING_POINT of transparent shadows and of lights' programs
+SCRATCH_CLOSURES = 4096
+SCRATCH_SHADOW_CLOSURES = SCRATCH_CLOSURES + MAX_CLOSURES * CLOSURE.itemsize
+SCRATCH_REGISTERS = SCRATCH_SHADOW_CLOSURES + MAX_CLOSURES * CLOSURE.itemsize
+SCRATCH_SHADOW_REGISTERS = SCRATCH_REGISTERS + 8 * MAX_REGISTERS
+SCRATCH_BYTES = SCRATCH_SHADOW_REGISTERS + 8 * MAX_REGISTERS
