@@ -1,0 +1,60 @@
+"""Rays against the scene: Embree's queries, called by symbol."""
+
+from numba import types
+
+from ..embree import library
+from .jit import device
+from .memory import load_f32, load_u32, store_f32, store_u32
+from .records import SCRATCH_RAY, SCRATCH_SHADOW_RAY
+
+library.load()  # registers the symbols that compiled code refers to
+
+_QUERY = types.void(types.int64, types.int64, types.int64)
+rtc_intersect1 = types.ExternalFunction("restir_rtcIntersect1", _QUERY)
+rtc_occluded1 = types.ExternalFunction("restir_rtcOccluded1", _QUERY)
+
+INVALID = 0xFFFFFFFF
+
+
+@device
+def _put_ray(ray, o, d, tmin, tmax, mask):
+    """Fill an RTCRay; its layout is that of embree4/rtcore_ray.h."""
+    store_f32(ray, 0, o[0])
+    store_f32(ray, 1, o[1])
+    store_f32(ray, 2, o[2])
+    store_f32(ray, 3, tmin)
+    store_f32(ray, 4, d[0])
+    store_f32(ray, 5, d[1])
+    store_f32(ray, 6, d[2])
+    store_f32(ray, 7, 0.0)
+    store_f32(ray, 8, tmax)
+    store_u32(ray, 9, mask)
+    store_u32(ray, 10, 0)
+    store_u32(ray, 11, 0)
+
+
+@device
+def intersect(scene, scratch, o, d, tmin, tmax, mask):
+    """Nearest hit of a ray: (t, instance, primitive, u, v); instance -1 where nothing is hit.
+
+    mask: RAY_* bits; instances that share none of them are invisible.
+    """
+    ray = scratch + SCRATCH_RAY
+    _put_ray(ray, o, d, tmin, tmax, mask)
+    store_u32(ray, 18, INVALID)
+    store_u32(ray, 19, INVALID)
+    rtc_intersect1(scene.embree, ray, 0)
+    if load_u32(ray, 18) == INVALID:
+        return tmax, -1, -1, 0.0, 0.0
+    return load_f32(ray, 8), load_u32(ray, 19), load_u32(ray, 17), load_f32(ray, 15), load_f32(ray, 16)
+
+
+@device
+def occluded(scene, scratch, o, d, tmax, mask):
+    """Whether anything visible to `mask` lies on the segment of length tmax."""
+    ray = scratch + SCRATCH_SHADOW_RAY
+    _put_ray(ray, o, d, 0.0, tmax, mask)
+    rtc_occluded1(scene.embree, ray, 0)
+    return load_f32(ray, 8) < 0.0
+
+

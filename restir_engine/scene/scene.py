@@ -1,0 +1,106 @@
+"""Everything that is rendered, and the SCENE record through which kernels reach it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..embree.scenes import InstanceScene, MeshScene
+from ..kernels import records as rec
+from ..kernels.lobes import lobe_tables
+from ..kernels.memory import address
+from .camera import Camera
+from .images import ImageTable
+from .lights import LightTable
+from .mesh import Mesh
+from .shaders import ShaderTable
+from .warnings import Warnings
+from .world import World
+
+
+class Scene:
+    """Owner of all arrays that kernels reach. Fill the parts, then `commit`; replace a part and commit again."""
+
+    def __init__(self) -> None:
+        self.meshes: list[Mesh] = []
+        self.instances = np.zeros(0, rec.INSTANCE)
+        self.material_slots = np.zeros(0, np.int32)
+        self.shaders = ShaderTable()
+        self.images = ImageTable()
+        self.lights = LightTable()
+        self.world = World()
+        self.camera = Camera()
+        self.warnings = Warnings()
+        self._attribute_names: dict[str, int] = {"": 0}
+        self._bottom: dict[int, tuple[Mesh, MeshScene]] = {}
+        self._top: InstanceScene | None = None
+        self._record = np.zeros(1, rec.SCENE)
+        self._arrays: list[np.ndarray] = []
+
+    def attribute_name(self, name: str) -> int:
+        """The number that stands for an attribute's name in programs and meshes; "" is the render UV map."""
+        return self._attribute_names.setdefault(name, len(self._attribute_names))
+
+    @property
+    def record(self) -> np.void:
+        """The SCENE record for kernels; valid after `commit` and as long as this scene lives."""
+        return self._record[0]
+
+    def commit(self) -> None:
+        """Build what has changed (acceleration structures, light and world tables) and the record."""
+        record = self._record[0]
+        self._arrays = []
+        self._commit_geometry(record)
+        self._commit_shading(record)
+        self.world.commit(self)
+        self.lights.commit(self)
+
+    def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
+        record[field] = address(array)
+        self._arrays.append(array)
+
+    def _commit_geometry(self, record: np.void) -> None:
+        bottom = {}
+        for mesh in self.meshes:
+            known = self._bottom.get(id(mesh))
+            bottom[id(mesh)] = known or (mesh, MeshScene(mesh.vertices, mesh.triangles))
+        self._bottom = bottom
+        scenes = [bottom[id(mesh)][1] for mesh in self.meshes]
+        meshes = np.zeros(len(self.meshes), rec.MESH)
+        for index, (mesh, scene) in enumerate(zip(self.meshes, scenes, strict=True)):
+            meshes[index] = mesh.record()
+            meshes[index]["embree"] = scene.handle
+        self._share(record, "meshes", meshes)
+        record["n_meshes"] = len(meshes)
+
+        instances = np.ascontiguousarray(self.instances)
+        self.instances = instances
+        masks = self._instance_masks()
+        self._top = InstanceScene([scenes[i] for i in instances["mesh"]], instances["to_world"], masks)
+        record["embree"] = self._top.handle
+        self._share(record, "instances", instances)
+        record["n_instances"] = len(instances)
+        self._share(record, "material_slots", self.material_slots)
+        lower, upper = self._top.bounds()
+        record["bounds"] = (*lower, *upper) if len(instances) and masks.any() else (0.0,) * 6
+
+    def _instance_masks(self) -> np.ndarray:
+        """Embree masks: visibility, with shadow rays told apart by whether a material lets them through."""
+        lets_through = (self.shaders.materials["flags"] & rec.MATERIAL_TRANSPARENT) != 0
+        slots = lets_through[self.material_slots]
+        counts = np.concatenate([[0], np.cumsum(slots)])
+        start = self.instances["materials"]
+        transparent = counts[start + self.instances["n_materials"]] > counts[start]
+        self._record[0]["flags"] = rec.SCENE_HAS_TRANSPARENT if transparent.any() else 0
+        visibility = self.instances["visibility"] & rec.RAY_ALL
+        shadow = (visibility & rec.RAY_SHADOW) != 0
+        shadow_bits = np.where(transparent, rec.RAY_SHADOW_TRANSPARENT, rec.RAY_SHADOW_OPAQUE)
+        return (visibility & ~rec.RAY_SHADOW) | np.where(shadow, shadow_bits, 0)
+
+    def _commit_shading(self, record: np.void) -> None:
+        self.shaders.commit()
+        for field in ("materials", "code", "constants", "tables"):
+            self._share(record, field, getattr(self.shaders, field))
+        record["n_materials"] = len(self.shaders.materials)
+        self._share(record, "images", self.images.records())
+        record["n_images"] = len(self.images)
+        self._share(record, "lobe_tables", lobe_tables())
