@@ -1,0 +1,144 @@
+"""What a program says about each BSDF node: opcode, inputs and immediates.
+
+The operands of an instruction are: the register of the closure's weight (rgb: the product of Mix Shader factors, without the node's own
+colour), the registers of the inputs in order, then the immediates in order.
+
+An input that is not linked has, by its `default`:
+
+* VALUE: the socket's own value, as a constant (`missing` when the running Blender has no such socket);
+* NORMAL: operand -1, the kernel takes `sp.n`; FOLLOW_NORMAL: the operand of the input "Normal" from Blender 5.0 on, -1 before;
+* TANGENT: a tangent that the compiler emits (from the active UV map's tangent, or radial about z without one) where the node's anisotropy
+  is linked or not 0, else -1: the kernel takes any frame around the normal.
+
+A linked Normal of zero length counts as `sp.n`.
+"""
+
+from typing import NamedTuple
+
+VALUE, NORMAL, FOLLOW_NORMAL, TANGENT = "VALUE", "NORMAL", "FOLLOW_NORMAL", "TANGENT"
+
+# Opcodes.
+DIFFUSE = 200
+PRINCIPLED = 201
+GLOSSY = 202
+METALLIC = 203
+GLASS = 204
+REFRACTION = 205
+TRANSLUCENT = 206
+TRANSPARENT = 207
+SHEEN = 208
+TOON = 209
+
+# Microfacet distributions, as immediates.
+GGX, MULTI_GGX, BECKMANN, ASHIKHMIN_SHIRLEY = 0, 1, 2, 3
+
+
+class Input(NamedTuple):
+    """One input socket: its name (and names in other versions), its components, what it is when unlinked."""
+
+    name: str
+    components: int
+    default: str = VALUE
+    alternates: tuple[str, ...] = ()
+    missing: float = 0.0
+
+
+class BsdfNode(NamedTuple):
+    """An instruction's layout; `enums` holds (attribute of the node, identifier → immediate)."""
+
+    opcode: int
+    inputs: tuple[Input, ...]
+    enums: tuple[tuple[str, dict[str, int]], ...] = ()
+
+    def operand(self, name: str) -> int:
+        """Index of an input among the operands (the weight is operand 0)."""
+        return 1 + [item.name for item in self.inputs].index(name)
+
+
+_COLOR, _ROUGHNESS, _IOR = Input("Color", 3), Input("Roughness", 1), Input("IOR", 1)
+_NORMAL, _TANGENT = Input("Normal", 3, NORMAL), Input("Tangent", 3, TANGENT)
+_ANISOTROPY, _ROTATION = Input("Anisotropy", 1), Input("Rotation", 1)
+
+BSDF_NODES: dict[str, BsdfNode] = {
+    "ShaderNodeBsdfDiffuse": BsdfNode(DIFFUSE, (_COLOR, _ROUGHNESS, _NORMAL)),
+    "ShaderNodeBsdfPrincipled": BsdfNode(
+        PRINCIPLED,
+        (
+            Input("Base Color", 3),
+            Input("Metallic", 1),
+            Input("Roughness", 1),
+            Input("IOR", 1),
+            Input("Alpha", 1),
+            Input("Normal", 3, NORMAL),
+            Input("Diffuse Roughness", 1),
+            Input("Specular IOR Level", 1, alternates=("Specular",), missing=0.5),
+            Input("Specular Tint", 3, missing=1.0),
+            Input("Anisotropic", 1),
+            Input("Anisotropic Rotation", 1),
+            Input("Tangent", 3, TANGENT),
+            Input("Transmission Weight", 1, alternates=("Transmission",)),
+            Input("Coat Weight", 1),
+            Input("Coat Roughness", 1),
+            Input("Coat IOR", 1, missing=1.5),
+            Input("Coat Tint", 3, missing=1.0),
+            Input("Coat Normal", 3, FOLLOW_NORMAL),
+            Input("Sheen Weight", 1),
+            Input("Sheen Roughness", 1, missing=0.5),
+            Input("Sheen Tint", 3, missing=1.0),
+            Input("Emission Color", 3),
+            Input("Emission Strength", 1),
+            Input("Thin Wall", 1),
+        ),
+        (("distribution", {"GGX": GGX, "MULTI_GGX": MULTI_GGX}),),
+    ),
+    "ShaderNodeBsdfAnisotropic": BsdfNode(
+        GLOSSY,
+        (_COLOR, _ROUGHNESS, _ANISOTROPY, _ROTATION, _NORMAL, _TANGENT),
+        (
+            (
+                "distribution",
+                {"GGX": GGX, "MULTI_GGX": MULTI_GGX, "BECKMANN": BECKMANN, "ASHIKHMIN_SHIRLEY": ASHIKHMIN_SHIRLEY},
+            ),
+        ),
+    ),
+    "ShaderNodeBsdfMetallic": BsdfNode(
+        METALLIC,
+        (
+            Input("Base Color", 3),
+            Input("Edge Tint", 3),
+            Input("IOR", 3),
+            Input("Extinction", 3),
+            _ROUGHNESS,
+            _ANISOTROPY,
+            _ROTATION,
+            _NORMAL,
+            _TANGENT,
+        ),
+        (
+            ("distribution", {"GGX": GGX, "MULTI_GGX": MULTI_GGX, "BECKMANN": BECKMANN}),
+            ("fresnel_type", {"PHYSICAL_CONDUCTOR": 0, "F82": 1}),
+        ),
+    ),
+    "ShaderNodeBsdfGlass": BsdfNode(
+        GLASS,
+        (_COLOR, _ROUGHNESS, _IOR, _NORMAL),
+        (("distribution", {"GGX": GGX, "MULTI_GGX": MULTI_GGX, "BECKMANN": BECKMANN}),),
+    ),
+    "ShaderNodeBsdfRefraction": BsdfNode(
+        REFRACTION,
+        (_COLOR, _ROUGHNESS, _IOR, _NORMAL),
+        (("distribution", {"GGX": GGX, "BECKMANN": BECKMANN}),),
+    ),
+    "ShaderNodeBsdfTranslucent": BsdfNode(TRANSLUCENT, (_COLOR, _NORMAL)),
+    "ShaderNodeBsdfTransparent": BsdfNode(TRANSPARENT, (_COLOR,)),
+    "ShaderNodeBsdfSheen": BsdfNode(
+        SHEEN,
+        (_COLOR, _ROUGHNESS, _NORMAL),
+        (("distribution", {"ASHIKHMIN": 0, "MICROFIBER": 1}),),
+    ),
+    "ShaderNodeBsdfToon": BsdfNode(
+        TOON,
+        (_COLOR, Input("Size", 1), Input("Smooth", 1), _NORMAL),
+        (("component", {"DIFFUSE": 0, "GLOSSY": 1}),),
+    ),
+}
