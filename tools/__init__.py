@@ -1,0 +1,1 @@
+"""What developers run: building the extension's zip."""
