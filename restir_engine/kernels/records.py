@@ -232,6 +232,58 @@ SCENE = _record(
 )
 SCENE_HAS_TRANSPARENT = 1
 
+# A render in progress ---------------------------------------------------------------------------------------
+
+FILM = _record(
+    "pixels",  # float32 [height, width, channels], rows bottom to top; sums over samples
+    "width",
+    "height",
+    "channels",
+    # Offset of each pass in a pixel, -1: not wanted. Names are `Pass.field` of settings.PASSES.
+    "combined",
+    "depth",
+    "normal",
+    "position",
+    "uv",
+    "object_index",
+    "material_index",
+    "diffuse_direct",
+    "diffuse_indirect",
+    "diffuse_color",
+    "glossy_direct",
+    "glossy_indirect",
+    "glossy_color",
+    "transmission_direct",
+    "transmission_indirect",
+    "transmission_color",
+    "emission",
+    "environment",
+    "denoising_albedo",
+    "denoising_normal",
+    # Bits for the integrator: whether any pass of a kind is wanted.
+    "light_passes",
+    "data_passes",
+)
+
+INTEGRATOR = _record(
+    "seed",
+    "max_bounces",
+    "diffuse_bounces",
+    "glossy_bounces",
+    "transmission_bounces",
+    "transparent_bounces",
+    "min_bounces",
+    "transparent_film",
+    "filter_table",  # float32 [FILTER_TABLE_SIZE], see settings.filter_table
+    ("clamp_direct", 1),  # inf: off
+    ("clamp_indirect", 1),
+    ("filter_glossy", 1),  # inf: off
+    ("pass_alpha_threshold", 1),
+    "caustics_reflective",
+    "caustics_refractive",
+)
+FILTER_TABLE_SIZE = 1025
+
 mesh_at = record_at(MESH)
 instance_at = record_at(INSTANCE)
 attribute_at = record_at(ATTRIBUTE)

@@ -1,0 +1,76 @@
+"""The film: sums of what kernels write for each pixel, and the passes made of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .kernels import records as rec
+from .kernels.memory import address
+from .settings import PASS_BY_NAME, Pass
+
+FAR = 1.0e10  # depth of the background, as Cycles gives it
+
+
+class Film:
+    """Pixels of `width` × `height` for a list of passes; every pixel holds sums over its `samples`."""
+
+    def __init__(self, width: int, height: int, passes: list[Pass], exposure: float = 1.0) -> None:
+        self.width, self.height = width, height
+        self.passes = passes
+        self.exposure = exposure
+        self.samples = 0
+        self._offsets: dict[str, int] = {}
+        channels = 0
+        for item in passes:
+            self._offsets[item.name] = channels
+            channels += len(item.channels)
+        self.pixels = np.zeros((height, width, channels), np.float32)
+        self._record = np.zeros(1, rec.FILM)
+        self._fill_record()
+
+    def _fill_record(self) -> None:
+        record = self._record[0]
+        for name in rec.FILM.names:
+            record[name] = -1
+        record["pixels"] = address(self.pixels)
+        record["width"], record["height"], record["channels"] = self.width, self.height, self.pixels.shape[2]
+        for item in self.passes:
+            record[item.field] = self._offsets[item.name]
+        fields = {item.field for item in self.passes}
+        record["light_passes"] = any(f.endswith(("direct", "emission", "environment")) for f in fields)
+        record["data_passes"] = bool(fields - {"combined", "emission", "environment"})
+
+    @property
+    def record(self) -> np.void:
+        """The FILM record for kernels."""
+        return self._record[0]
+
+    def sums(self, name: str) -> np.ndarray:
+        """The accumulated values of a pass, a view (height, width, channels)."""
+        start = self._offsets[name]
+        return self.pixels[:, :, start : start + len(PASS_BY_NAME[name].channels)]
+
+    def pass_array(self, name: str) -> np.ndarray:
+        """A pass as Blender wants it: float32 (height, width, channels), rows bottom to top."""
+        item = PASS_BY_NAME[name]
+        result = self.sums(name).copy()
+        if not item.averaged:
+            if name == "Depth":
+                result[result == 0.0] = FAR
+            return result
+        scale = 1.0 / max(self.samples, 1)
+        if item.divide:
+            divisor = self.sums(item.divide)
+            result = np.divide(result, divisor, out=np.zeros_like(result), where=divisor != 0.0)
+            scale = 1.0
+        result *= scale
+        if name == "Combined":
+            result[:, :, 3] = np.clip(1.0 - result[:, :, 3], 0.0, 1.0)
+            result[:, :, :3] *= self.exposure
+        elif item.divide or name in ("Emission", "Environment"):
+            result[:, :, :3] *= self.exposure
+        elif name == "Denoising Normal" or name == "Normal":
+            length = np.linalg.norm(result, axis=2, keepdims=True)
+            if name == "Normal":
+                np.divide(result, length, out=result, where=length > 0.0)
+        return result

@@ -1,0 +1,115 @@
+"""Settings of a render as one frozen dataclass, and the table of render passes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+UNLIMITED = 1 << 30
+
+
+@dataclass(frozen=True)
+class RenderSettings:
+    """What the artist asked for. Clamps and thresholds of 0 are off; a time limit of 0 is none."""
+
+    samples: int = 128
+    seed: int = 0
+    time_limit: float = 0.0  # seconds
+    threads: int = 0  # 0: all
+    max_bounces: int = 12
+    diffuse_bounces: int = 4
+    glossy_bounces: int = 4
+    transmission_bounces: int = 12
+    transparent_bounces: int = 8
+    min_bounces: int = 0  # bounces before Russian roulette starts
+    clamp_direct: float = 0.0
+    clamp_indirect: float = 0.0
+    filter_glossy: float = 0.0
+    caustics_reflective: bool = True
+    caustics_refractive: bool = True
+    pixel_filter: str = "BLACKMAN_HARRIS"  # BOX, GAUSSIAN, BLACKMAN_HARRIS
+    filter_width: float = 1.5  # pixels
+    film_transparent: bool = False
+    film_exposure: float = 1.0
+    pass_alpha_threshold: float = 0.5
+    use_denoising: bool = False
+    denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
+    passes: frozenset[str] = frozenset({"Combined"})
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A render pass. `field` names its offset in the kernels' FILM record; `divide` the pass that its sum is divided by."""
+
+    name: str  # Blender 5.0 and later
+    name_4: str  # Blender 4.5
+    field: str
+    channels: str  # as RenderEngine.register_pass wants it; its length is the number of channels
+    kind: str  # VALUE, VECTOR, COLOR
+    view_layer: str  # the ViewLayer property that switches it on; "" where none does
+    divide: str = ""
+    averaged: bool = True  # False: the first sample's value
+
+
+def _light(name: str, short: str, prefix: str, prop: str) -> list[Pass]:
+    """The direct, indirect and colour passes of a class of lobes."""
+    color = Pass(f"{name} Color", f"{short}Col", f"{prefix}_color", "RGB", "COLOR", f"use_pass_{prop}_color")
+    return [
+        Pass(f"{name} {half}", f"{short}{half[:3]}", f"{prefix}_{half.lower()}", "RGB", "COLOR",
+             f"use_pass_{prop}_{half.lower()}", divide=color.name)
+        for half in ("Direct", "Indirect")
+    ] + [color]  # fmt: skip
+
+
+PASSES: tuple[Pass, ...] = (
+    Pass("Combined", "Combined", "combined", "RGBA", "COLOR", "use_pass_combined"),
+    Pass("Depth", "Depth", "depth", "Z", "VALUE", "use_pass_z", averaged=False),
+    Pass("Normal", "Normal", "normal", "XYZ", "VECTOR", "use_pass_normal"),
+    Pass("Position", "Position", "position", "XYZ", "VECTOR", "use_pass_position", averaged=False),
+    Pass("UV", "UV", "uv", "UVA", "VECTOR", "use_pass_uv"),
+    Pass("Object Index", "IndexOB", "object_index", "X", "VALUE", "use_pass_object_index", averaged=False),
+    Pass("Material Index", "IndexMA", "material_index", "X", "VALUE", "use_pass_material_index", averaged=False),
+    *_light("Diffuse", "Diff", "diffuse", "diffuse"),
+    *_light("Glossy", "Gloss", "glossy", "glossy"),
+    *_light("Transmission", "Trans", "transmission", "transmission"),
+    Pass("Emission", "Emit", "emission", "RGB", "COLOR", "use_pass_emit"),
+    Pass("Environment", "Env", "environment", "RGB", "COLOR", "use_pass_environment"),
+    Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", ""),
+    Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", ""),
+)
+PASS_BY_NAME = {p.name: p for p in PASSES}
+DENOISING_PASSES = frozenset({"Denoising Albedo", "Denoising Normal"})
+
+
+def required_passes(names: frozenset[str], denoising: bool) -> list[Pass]:
+    """The passes to accumulate, in table order: those asked for, those they are divided by, and the denoiser's."""
+    wanted = {"Combined", *names}
+    wanted |= {PASS_BY_NAME[name].divide for name in names if PASS_BY_NAME[name].divide}
+    if denoising:
+        wanted |= DENOISING_PASSES
+    return [p for p in PASSES if p.name in wanted]
+
+
+def _blackman_harris(x: np.ndarray) -> np.ndarray:
+    v = 2.0 * np.pi * (x + 0.5)
+    return 0.35875 - 0.48829 * np.cos(v) + 0.14128 * np.cos(2 * v) - 0.01168 * np.cos(3 * v)
+
+
+_FILTERS = {
+    # density over [-1/2, 1/2] of the filter's width
+    "BOX": np.ones_like,
+    "GAUSSIAN": lambda x: np.exp(-2.0 * (6.0 * x) ** 2),
+    "BLACKMAN_HARRIS": _blackman_harris,
+}
+
+
+def filter_table(kind: str, width: float, size: int = 1025) -> np.ndarray:
+    """Inverse cumulative distribution of a pixel filter: float32 (size,), offsets in pixels from the pixel's centre."""
+    if kind == "BOX":
+        width = 1.0
+    x = np.linspace(-0.5, 0.5, 4097)
+    density = _FILTERS[kind](x)
+    cdf = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+    offsets = np.interp(np.linspace(0.0, 1.0, size), cdf / cdf[-1], x)
+    return np.ascontiguousarray(offsets * width, np.float32)
