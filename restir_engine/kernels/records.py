@@ -87,6 +87,8 @@ RAY_SHADOW_OPAQUE = 256  # shadow rays against instances none of whose materials
 RAY_SHADOW_TRANSPARENT = 512  # shadow rays against the others
 RAY_SHADOW = RAY_SHADOW_OPAQUE | RAY_SHADOW_TRANSPARENT
 RAY_EMISSION = 1024  # a program is run for its emission only (a light sampled by next event estimation)
+RAY_LAST = 2048  # the path ends here: only emission and transparency are wanted
+RAY_NO_LOBES = RAY_SHADOW | RAY_EMISSION | RAY_LAST  # programs make no BSDF closures when one of these is set
 RAY_ALL = 1023
 
 # Shading ------------------------------------------------------------------------------------------------
@@ -284,6 +286,34 @@ INTEGRATOR = _record(
 )
 FILTER_TABLE_SIZE = 1025
 
+PATH = _record(
+    "pixel",  # address of the pixel's floats in the film
+    "key",  # of the random numbers
+    "sample",
+    "flags",  # RAY_* bits of the current ray
+    "bounce",
+    "diffuse_bounce",
+    "glossy_bounce",
+    "transmission_bounce",
+    "transparent_bounce",
+    "dimension",  # first random dimension of the current vertex
+    "background_visible",  # nothing but transparency so far: alpha and data passes are still written
+    "data_done",
+    "denoise",  # denoising features are still to be written
+    "last",  # no more lobes: only emission and transparency
+    ("o", 3),
+    ("d", 3),
+    ("tmin", 1),
+    ("throughput", 3),
+    ("diffuse_weight", 3),  # share of each class of lobes at the first bounce, for the light passes
+    ("glossy_weight", 3),
+    ("feature_throughput", 3),
+    ("mis_pdf", 1),  # solid-angle pdf of d at o; 0: not found by light sampling, counts fully
+    ("min_pdf", 1),
+    ("dp", 1),
+    ("dd", 1),
+)
+
 mesh_at = record_at(MESH)
 instance_at = record_at(INSTANCE)
 attribute_at = record_at(ATTRIBUTE)
@@ -293,6 +323,7 @@ closure_at = record_at(CLOSURE)
 shading_point_at = record_at(SHADING_POINT)
 light_at = record_at(LIGHT)
 light_sample_at = record_at(LIGHT_SAMPLE)
+path_at = record_at(PATH)
 
 # Working memory of one tile call: one block, owned by the session, 64-byte aligned ---------------------------------
 
@@ -300,6 +331,7 @@ SCRATCH_RAY = 0  # RTCRayHit, 96 bytes, and a second one for shadow rays behind 
 SCRATCH_SHADOW_RAY = 128
 SCRATCH_LIGHT_SAMPLE = 256
 SCRATCH_POINT = 512  # SHADING_POINT of the path
+SCRATCH_PATH = 1280  # PATH
 SCRATCH_SHADOW_POINT = 2048  # SHADING_POINT of transparent shadows and of lights' programs
 SCRATCH_CLOSURES = 4096
 SCRATCH_SHADOW_CLOSURES = SCRATCH_CLOSURES + MAX_CLOSURES * CLOSURE.itemsize
