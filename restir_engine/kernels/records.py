@@ -163,40 +163,99 @@ SHADING_POINT = _record(
 
 # Lights and world -----------------------------------------------------------------------------------------
 
+LIGHT_POINT, LIGHT_SPOT, LIGHT_AREA, LIGHT_SUN = 0, 1, 2, 3
+
 LIGHT = _record(
-    "kind",  # LIGHT_* of kernels.lights
-    "material",  # program, -1: constant emission
-    "visibility",  # RAY_* bits
-    "flags",
+    "kind",  # LIGHT_POINT …
+    "material",  # program, -1: constant emission of 1
+    "visibility",  # RAY_* bits of the rays that see its light, by what they are at the point that is lit
+    "flags",  # LIGHT_* bits
     "object_index",
-    "max_bounces",
+    "max_bounces",  # a path that arrives with more bounces does not sample it
     ("to_world", 12),
     ("to_object", 12),
-    ("strength", 3),  # colour times power in the kind's own radiometric unit, see kernels.lights
-    ("p", 16),  # what else the kind needs; each names its own
+    ("strength", 3),  # radiance of a light with a size, intensity of a delta point or spot, irradiance of a delta sun
+    ("center", 3),  # world space
+    ("radius", 1),  # of a bounding sphere about the centre
+    ("importance", 1),  # mean intensity (watt by steradian; sun: irradiance), for choosing between lights
+    ("p", 16),  # what else the kind needs; see kernels.lights
 )
+LIGHT_HITTABLE = 1  # rays made by BSDF sampling find it
+LIGHT_NO_SHADOW = 2
+LIGHT_SPHERE = 4  # point and spot: a sphere; else a disk that turns towards the point that is lit
+LIGHT_ELLIPSE = 8  # area: elliptic
+LIGHT_DELTA = 16  # no size: next event estimation alone finds it
 
 LIGHT_SAMPLE = _record(
     "light",  # light index, -1: emissive triangle, -2: world
     "flags",
+    "visibility",  # RAY_DIFFUSE, RAY_GLOSSY, RAY_TRANSMIT: the parts of the BSDF that this light reaches
     ("wi", 3),
     ("distance", 1),  # inf for sun and world
     ("p", 3),
     ("ng", 3),
-    ("pdf", 1),  # solid angle, selection included; 1 for delta lights (LIGHT_SAMPLE_DELTA)
-    ("radiance", 3),
+    ("pdf", 1),  # solid angle, selection included; of the selection alone for delta lights (LIGHT_SAMPLE_DELTA)
+    ("radiance", 3),  # for delta lights: what radiance / pdf would be, times the probability of the selection
     ("uv", 2),
+    "instance",  # of an emissive triangle
+    "primitive",
 )
 LIGHT_SAMPLE_DELTA = 1
 LIGHT_SAMPLE_NO_SHADOW = 2
 
+# A pair of an alias table: bin i is chosen below `threshold`, else `alias`.
+ALIAS = np.dtype([("threshold", np.float32), ("alias", np.int32)])
+
+EMITTER_GROUP = _record(  # the emissive triangles of one mesh under one list of materials
+    "n",
+    "alias",  # ALIAS [n]
+    "primitives",  # int32 [n]
+    "probabilities",  # float32 [n_triangles of the mesh], 0: not emissive
+)
+
+EMITTER = _record(  # an instance with emissive triangles
+    "instance",
+    "group",
+    ("probability", 1),  # among emitters
+)
+
+LIGHT_TABLE = _record(
+    "n_local",  # lights 0 … n_local have a place, the others are suns
+    "n_emitters",
+    "by_importance",  # 1: lamps are chosen by their importance at the point, 0: by the alias table
+    "lamp_alias",  # ALIAS [n_lights]
+    "lamp_probabilities",  # float64 [n_lights]
+    "emitter_alias",  # ALIAS [n_emitters]
+    "emitters",  # EMITTER [n_emitters]
+    "groups",  # EMITTER_GROUP
+    ("lamps", 1),  # probability of choosing a lamp, an emissive triangle, the world; sum 1, or all 0
+    ("triangles", 1),
+    ("world", 1),
+)
+
+WORLD_TABLE = _record(
+    "width",  # of the map; 0: directions are chosen uniformly
+    "height",
+    "marginal",  # float32 [height + 1], cumulated over rows, bottom to top
+    "conditional",  # float32 [height, width + 1]
+    "max_bounces",
+    "no_shadow",
+    ("map", 1),  # probability of choosing the map, the sun's cone, the uniform sphere; sum 1
+    ("sun", 1),
+    ("uniform", 1),
+    ("sun_direction", 3),
+    ("sun_one_minus_cos", 1),
+)
+
 CAMERA = _record(
-    "kind",  # 0 perspective, 1 orthographic, 2 equirectangular panorama
-    "width",
+    "kind",  # CAMERA_*
+    "width",  # of the whole frame, whatever part of it the film shows
     "height",
     "blades",
     ("to_world", 12),  # the camera looks along -z, y up
     ("to_camera", 12),
+    "region_x",  # where the film begins in the whole frame, pixels from the lower left corner
+    "region_y",
     ("screen", 4),  # left, right, bottom, top of the image plane at distance 1 (perspective) or in units
     ("clip_start", 1),
     ("clip_end", 1),
@@ -206,6 +265,7 @@ CAMERA = _record(
     ("aperture_ratio", 1),
     ("panorama", 4),  # longitude and latitude: minimum and maximum
 )
+CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA = 0, 1, 2
 
 SCENE = _record(
     "embree",  # RTCScene, top level
@@ -323,6 +383,10 @@ closure_at = record_at(CLOSURE)
 shading_point_at = record_at(SHADING_POINT)
 light_at = record_at(LIGHT)
 light_sample_at = record_at(LIGHT_SAMPLE)
+light_table_at = record_at(LIGHT_TABLE)
+emitter_at = record_at(EMITTER)
+emitter_group_at = record_at(EMITTER_GROUP)
+world_table_at = record_at(WORLD_TABLE)
 path_at = record_at(PATH)
 
 # Working memory of one tile call: one block, owned by the session, 64-byte aligned ---------------------------------
