@@ -194,8 +194,8 @@ LIGHT_SAMPLE = _record(
     ("distance", 1),  # inf for sun and world
     ("p", 3),
     ("ng", 3),
-    ("pdf", 1),  # solid angle, selection included; of the selection alone for delta lights (LIGHT_SAMPLE_DELTA)
-    ("radiance", 3),  # for delta lights: what radiance / pdf would be, times the probability of the selection
+    ("pdf", 1),  # solid angle, selection included; of delta lights (LIGHT_SAMPLE_DELTA) the selection's probability
+    ("radiance", 3),  # of delta lights the irradiance at normal incidence, so that radiance / pdf is right for all
     ("uv", 2),
     "instance",  # of an emissive triangle
     "primitive",
