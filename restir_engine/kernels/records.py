@@ -27,6 +27,9 @@ def _record(*fields) -> np.dtype:
 # Attribute domains.
 DOMAIN_POINT, DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_MESH = 0, 1, 2, 3
 
+# Interned names with a meaning of their own; see scene.names.
+ATTRIBUTE_UV, ATTRIBUTE_GENERATED, ATTRIBUTE_COLOR = 0, 1, 2
+
 ATTRIBUTE = _record(
     "name",  # interned, see Scene.attribute_names; 0 is the active render UV map
     "domain",
@@ -61,6 +64,8 @@ INSTANCE = _record(
     "flags",  # INSTANCE_* bits
     "object_index",  # pass_index of the object
     "lights",  # start of this instance's triangles in the table of emissive triangles, -1: none
+    "attributes",  # ATTRIBUTE [n_attributes] of this instance (DOMAIN_MESH): properties of the object
+    "n_attributes",
     ("random", 1),  # Object Info > Random
     ("color", 4),
     ("location", 3),

@@ -8,6 +8,7 @@ from ..embree.scenes import InstanceScene, MeshScene
 from ..kernels import records as rec
 from ..kernels.lobes import lobe_tables
 from ..kernels.memory import address
+from . import names
 from .camera import Camera
 from .images import ImageTable
 from .lights import LightTable
@@ -30,15 +31,15 @@ class Scene:
         self.world = World()
         self.camera = Camera()
         self.warnings = Warnings()
-        self._attribute_names: dict[str, int] = {"": 0}
+        self.attribute_names: dict[str, int] = {name: index for index, name in enumerate(names.RESERVED)}
         self._bottom: dict[int, tuple[Mesh, MeshScene]] = {}
         self._top: InstanceScene | None = None
         self._record = np.zeros(1, rec.SCENE)
         self._arrays: list[np.ndarray] = []
 
     def attribute_name(self, name: str) -> int:
-        """The number that stands for an attribute's name in programs and meshes; "" is the render UV map."""
-        return self._attribute_names.setdefault(name, len(self._attribute_names))
+        """The number that stands for an attribute's name in programs and meshes; "" is the render UV map. See `names`."""
+        return self.attribute_names.setdefault(name, len(self.attribute_names))
 
     @property
     def record(self) -> np.void:

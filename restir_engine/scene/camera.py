@@ -1,0 +1,61 @@
+"""The camera and the part of its frame that is rendered."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..kernels.records import CAMERA, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_PERSPECTIVE
+from .instances import inverse
+
+KINDS = {"PERSP": CAMERA_PERSPECTIVE, "ORTHO": CAMERA_ORTHOGRAPHIC, "PANO": CAMERA_PANORAMA}
+
+
+@dataclass
+class Camera:
+    """What a camera sees: lengths in scene units, angles in radians.
+
+    to_world: (4, 4) or (3, 4), the camera looks along -z with y up; scale and shear of it are ignored.
+    width, height: the whole frame in pixels. region: the rendered part of it, (x, y, width, height) from the lower
+    left corner; None: all. screen: left, right, bottom, top of the frame on the plane at distance 1 (PERSP), or of
+    the viewed box (ORTHO).
+    """
+
+    kind: str = "PERSP"
+    to_world: np.ndarray = field(default_factory=lambda: np.eye(4))
+    width: int = 64
+    height: int = 64
+    region: tuple[int, int, int, int] | None = None
+    screen: tuple[float, float, float, float] = (-0.5, 0.5, -0.5, 0.5)
+    clip_start: float = 0.1
+    clip_end: float = 1000.0
+    aperture: float = 0.0
+    focus_distance: float = 10.0
+    blades: int = 0
+    blade_rotation: float = 0.0
+    aperture_ratio: float = 1.0
+    longitude: tuple[float, float] = (-math.pi, math.pi)
+    latitude: tuple[float, float] = (-math.pi / 2, math.pi / 2)
+
+    @property
+    def film_size(self) -> tuple[int, int]:
+        """Width and height of the rendered region."""
+        return self.region[2:] if self.region else (self.width, self.height)
+
+    def record(self) -> np.void:
+        """The CAMERA record."""
+        to_world = np.array(self.to_world, np.float64)[:3]
+        lengths = np.linalg.norm(to_world[:, :3], axis=0)
+        to_world[:, :3] /= np.where(lengths > 0.0, lengths, 1.0)
+        result = np.zeros((), CAMERA)
+        result["kind"] = KINDS[self.kind]
+        result["width"], result["height"] = self.width, self.height
+        if self.region:
+            result["region_x"], result["region_y"] = self.region[:2]
+        result["to_world"] = to_world.ravel()
+        result["to_camera"] = inverse(to_world.reshape(1, 12))[0]
+        result["panorama"] = (*self.longitude, *self.latitude)
+        result["aperture_ratio"] = max(self.aperture_ratio, 1e-6)
+        for name in ("screen", "clip_start", "clip_end", "aperture", "focus_distance", "blades", "blade_rotation"):
+            result[name] = getattr(self, name)
+        return result[()]

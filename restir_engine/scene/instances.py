@@ -1,0 +1,54 @@
+"""Placing meshes in the world: INSTANCE arrays built at once from columns."""
+
+import numpy as np
+
+from ..kernels.records import INSTANCE, INSTANCE_MIRRORED
+
+
+def determinants(matrices: np.ndarray) -> np.ndarray:
+    """Determinants of the linear parts of 3x4 matrices (n, 12)."""
+    return np.linalg.det(matrices.reshape(-1, 3, 4)[:, :, :3])
+
+
+def inverse(matrices: np.ndarray) -> np.ndarray:
+    """Inverses of invertible affine 3x4 matrices, (n, 12) float64."""
+    matrices = np.asarray(matrices, np.float64).reshape(-1, 3, 4)
+    linear = np.linalg.inv(matrices[:, :, :3])
+    result = np.empty_like(matrices)
+    result[:, :, :3] = linear
+    result[:, :, 3] = -np.einsum("nij,nj->ni", linear, matrices[:, :, 3])
+    return result.reshape(-1, 12)
+
+
+def usable(matrices: np.ndarray) -> np.ndarray:
+    """Which 3x4 matrices (n, 12) are finite and flatten nothing: a bool (n,).
+
+    A determinant is compared with the product of the axes' lengths, so that tiny objects count as usable.
+    """
+    finite = np.isfinite(matrices).all(axis=1)
+    linear = np.where(finite[:, None], matrices, 0.0).reshape(-1, 3, 4)[:, :, :3]
+    volume = np.linalg.norm(linear, axis=1).prod(axis=1)
+    # Below 1e-30 single precision (Embree's) has no inverse to offer.
+    return (volume > 1e-30) & (np.abs(np.linalg.det(linear)) > 1e-9 * volume)
+
+
+def build_instances(matrices: np.ndarray, meshes: np.ndarray, **columns: np.ndarray) -> np.ndarray:
+    """The INSTANCE array of n placements.
+
+    matrices: object to world, (n, 12) or (n, 4, 4), all `usable`; meshes: indices (n,); columns: any other field of INSTANCE,
+    one row an instance or one value for all. What is derived (inverse, location, mirroring) is filled in; an instance has
+    no emissive triangles until the light table gives it some.
+    """
+    matrices = np.asarray(matrices, np.float64)
+    if matrices.ndim == 3:
+        matrices = matrices[:, :3, :].reshape(-1, 12)
+    result = np.zeros(len(matrices), INSTANCE)
+    result["mesh"] = meshes
+    result["lights"] = -1
+    for name, values in columns.items():
+        result[name] = values
+    result["to_world"] = matrices
+    result["to_object"] = inverse(matrices)
+    result["location"] = matrices[:, [3, 7, 11]]
+    result["flags"] |= np.where(determinants(matrices) < 0.0, INSTANCE_MIRRORED, 0)
+    return result

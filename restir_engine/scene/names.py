@@ -1,0 +1,39 @@
+"""Names of attributes that are no name of an artist's: what `Scene.attribute_name` is asked for besides those.
+
+An artist's attribute is interned by its own name. Names made here begin with a character that Blender does not let into one.
+A mesh has the attributes that had been asked for when it was read, and all its UV maps.
+"""
+
+UV = ""  # the render UV map
+GENERATED = "\x00generated"  # texture space of the undeformed shape; only on meshes that are deformed
+COLOR = "\x00color"  # the render colour attribute
+RESERVED = (UV, GENERATED, COLOR)  # in the order of records.ATTRIBUTE_*
+
+POINTINESS = "\x00pointiness"  # convexity of a point's surroundings, 0.5 where flat
+ISLAND = "\x00island"  # a random number for each connected part
+
+_TANGENT = "\x00tangent:"
+_PROPERTY = "\x00property:"
+
+
+def tangent(uv_map: str = "") -> str:
+    """The MikkTSpace tangent along a UV map ("": the render UV map): object space, w its bitangent's sign."""
+    return _TANGENT + uv_map
+
+
+def tangent_uv(name: str) -> str | None:
+    """The UV map that a name made by `tangent` stands for, None for any other name."""
+    return name[len(_TANGENT) :] if name.startswith(_TANGENT) else None
+
+
+def object_property(name: str, kind: str = "OBJECT") -> str:
+    """An Attribute node's name when its type is OBJECT, INSTANCER or VIEW_LAYER rather than GEOMETRY."""
+    return f"{_PROPERTY}{kind}:{name}"
+
+
+def split_object_property(name: str) -> tuple[str, str] | None:
+    """(kind, name) of what `object_property` made, None for any other name."""
+    if not name.startswith(_PROPERTY):
+        return None
+    kind, _, rest = name[len(_PROPERTY) :].partition(":")
+    return kind, rest
