@@ -40,7 +40,10 @@ class RenderSettings:
 
 @dataclass(frozen=True)
 class Pass:
-    """A render pass. `field` names its offset in the kernels' FILM record; `divide` the pass that its sum is divided by."""
+    """A render pass.
+
+    `field` names its offset in the kernels' FILM record, `divide` the pass that its sum is divided by.
+    """
 
     name: str  # Blender 5.0 and later
     name_4: str  # Blender 4.5

@@ -122,5 +122,3 @@ class Device:
 def device() -> Device:
     """The one device; Embree devices are thread-safe."""
     return Device()
-
-

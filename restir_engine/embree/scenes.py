@@ -60,7 +60,7 @@ class InstanceScene(_Scene):
     """Instances of mesh scenes; the geometry ID that a ray reports is the row of the arrays given here."""
 
     def __init__(self, scenes: list[MeshScene], transforms: np.ndarray, masks: np.ndarray) -> None:
-        """scenes: one an instance; transforms: float (n, 12) row-major 3x4; masks: integers (n,), 0: not attached."""
+        """scenes: one an instance; transforms: float (n, 12), row-major 3x4; masks: integers (n,), 0: left out."""
         super().__init__(lib.SCENE_ROBUST | lib.SCENE_ARGUMENT_FILTER, lib.QUALITY_MEDIUM)
         self._scenes = scenes
         matrices = np.ascontiguousarray(transforms, np.float32)

@@ -56,5 +56,3 @@ def occluded(scene, scratch, o, d, tmax, mask):
     _put_ray(ray, o, d, 0.0, tmax, mask)
     rtc_occluded1(scene.embree, ray, 0)
     return load_f32(ray, 8) < 0.0
-
-

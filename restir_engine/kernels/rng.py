@@ -1,8 +1,8 @@
 """Random numbers without state: a point of a scrambled Sobol' sequence for each (key, index, dimension).
 
-`key` names a pixel, frame and stream, `index` the sample, `dimension` the decision within the sample. The same three give the
-same numbers always, so that a path can be replayed from its key. Each pair of dimensions is a (0,2)-sequence in base 2,
-shuffled and Owen-scrambled by hashing (Burley 2020, "Practical Hash-based Owen Scrambling"); pairs are
+`key` names a pixel, frame and stream, `index` the sample, `dimension` the decision within the sample. The same three
+give the same numbers always, so that a path can be replayed from its key. Each pair of dimensions is a (0,2)-sequence
+in base 2, shuffled and Owen-scrambled by hashing (Burley 2020, "Practical Hash-based Owen Scrambling"); pairs are
 independent of each other. Different keys are independent.
 """
 

@@ -19,7 +19,7 @@ from .world import World
 
 
 class Scene:
-    """Owner of all arrays that kernels reach. Fill the parts, then `commit`; replace a part and commit again."""
+    """Owner of all arrays that kernels reach. Fill the parts, then `commit`; change a part and commit again."""
 
     def __init__(self) -> None:
         self.meshes: list[Mesh] = []

@@ -1,0 +1,572 @@
+"""PATH, the reference: unidirectional path tracing with next event estimation and multiple importance sampling.
+
+Behaviour follows Cycles where both have a choice: power heuristic, bounce limits by lobe class, transparency that
+does not count as a bounce, Russian roulette by the square root of the throughput.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..film import Film
+from ..kernels import rng
+from ..kernels.accumulate import add1, add3, add_hit, add_light, clamp_contribution, set3
+from ..kernels.attributes import attribute
+from ..kernels.camera import camera_ray
+from ..kernels.interaction import offset_origin, surface_point
+from ..kernels.intersect import intersect, occluded
+from ..kernels.jit import device, kernel
+from ..kernels.lights import light_radiance, light_sample, lights_intersect, triangle_pdf
+from ..kernels.lobes import (
+    LABEL_DIFFUSE,
+    LABEL_GLOSSY,
+    LABEL_REFLECT,
+    LABEL_SINGULAR,
+    LABEL_TRANSPARENT,
+    bsdf_blur,
+    bsdf_color,
+    bsdf_eval,
+    bsdf_sample,
+    denoise_features,
+)
+from ..kernels.memory import address, load_f32, store_f32
+from ..kernels.records import (
+    FILTER_TABLE_SIZE,
+    INSTANCE_HOLDOUT,
+    INTEGRATOR,
+    LIGHT_SAMPLE_DELTA,
+    LIGHT_SAMPLE_NO_SHADOW,
+    MATERIAL_EMITS,
+    MATERIAL_TRANSPARENT,
+    RAY_ALL,
+    RAY_CAMERA,
+    RAY_DIFFUSE,
+    RAY_GLOSSY,
+    RAY_LAST,
+    RAY_REFLECT,
+    RAY_SHADOW,
+    RAY_SHADOW_OPAQUE,
+    RAY_SHADOW_TRANSPARENT,
+    RAY_SINGULAR,
+    RAY_TRANSMIT,
+    RAY_TRANSPARENT,
+    SCENE_HAS_TRANSPARENT,
+    SCRATCH_BYTES,
+    SCRATCH_CLOSURES,
+    SCRATCH_LIGHT_SAMPLE,
+    SCRATCH_PATH,
+    SCRATCH_POINT,
+    SCRATCH_REGISTERS,
+    SCRATCH_SHADOW_CLOSURES,
+    SCRATCH_SHADOW_POINT,
+    SCRATCH_SHADOW_REGISTERS,
+    instance_at,
+    light_sample_at,
+    material_at,
+    path_at,
+    shading_point_at,
+)
+from ..kernels.shader_vm import shader_eval
+from ..kernels.vec import average, dot, length, max3, mul, normalize, put, scale, sub, transform_point, vec
+from ..kernels.world import world_pdf, world_radiance
+from ..scene.scene import Scene
+from ..settings import RenderSettings, filter_table
+
+FAR = 1.0e30
+
+# Random dimensions: those of the camera, then DIMENSIONS for each vertex of the path.
+DIM_FILTER, DIM_LENS, DIM_FIRST_VERTEX = 0, 1, 4
+DIM_LIGHT, DIM_LIGHT_POINT, DIM_LOBE, DIM_DIRECTION, DIM_ROULETTE, DIMENSIONS = 0, 1, 2, 3, 4, 5
+
+
+@kernel
+def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_sample, samples):
+    """Add `samples` samples to each pixel of a tile; returns the number of paths."""
+    for y in range(y0, y1):
+        for x in range(x0, x1):
+            pixel = film.pixels + 4 * film.channels * (y * film.width + x)
+            key = rng.key(integrator.seed, x, y, 0)
+            for sample in range(first_sample, first_sample + samples):
+                start_path(camera, integrator, scratch, pixel, key, sample, x, y)
+                trace_path(scene, camera, integrator, film, scratch)
+    return (x1 - x0) * (y1 - y0) * samples
+
+
+@device
+def filter_offset(table, u):
+    """A pixel filter's inverse distribution at u."""
+    position = u * (FILTER_TABLE_SIZE - 1)
+    index = min(int(position), FILTER_TABLE_SIZE - 2)
+    a = load_f32(table, index)
+    return a + (load_f32(table, index + 1) - a) * (position - index)
+
+
+@device
+def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
+    """Reset the PATH record to a camera ray through pixel (x, y)."""
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    path.pixel = pixel
+    path.key = key
+    path.sample = sample
+    path.flags = RAY_CAMERA
+    path.bounce = 0
+    path.diffuse_bounce = 0
+    path.glossy_bounce = 0
+    path.transmission_bounce = 0
+    path.transparent_bounce = 0
+    path.dimension = DIM_FIRST_VERTEX
+    path.background_visible = 1
+    path.data_done = 0
+    path.denoise = 1
+    path.last = 0
+    put(path.throughput, (1.0, 1.0, 1.0))
+    put(path.feature_throughput, (1.0, 1.0, 1.0))
+    put(path.diffuse_weight, (0.0, 0.0, 0.0))
+    put(path.glossy_weight, (0.0, 0.0, 0.0))
+    path.mis_pdf = 0.0
+    path.min_pdf = FAR
+    u, v = rng.sample2(key, sample, DIM_FILTER)
+    lens_u, lens_v = 0.0, 0.0
+    if camera.aperture > 0.0:
+        lens_u, lens_v = rng.sample2(key, sample, DIM_LENS)
+    fx = x + 0.5 + filter_offset(integrator.filter_table, u)
+    fy = y + 0.5 + filter_offset(integrator.filter_table, v)
+    o, d, dp, dd = camera_ray(camera, fx, fy, lens_u, lens_v)
+    put(path.o, o)
+    put(path.d, d)
+    path.tmin = 0.0
+    path.dp = dp
+    path.dd = dd
+
+
+@device
+def visibility(flags):
+    """The instances' visibility bits that a path ray looks for: diffuse and glossy mean reflection only."""
+    bits = flags & RAY_ALL & ~(RAY_SHADOW | RAY_TRANSPARENT | RAY_SINGULAR)
+    if bits & RAY_TRANSMIT:
+        bits &= ~(RAY_DIFFUSE | RAY_GLOSSY)
+    return bits
+
+
+@device
+def mis_weight(pdf, other):
+    """Power heuristic."""
+    a = pdf * pdf
+    b = other * other
+    return a / (a + b) if a + b > 0.0 else 0.0
+
+
+@device
+def hit_weight(path, light_pdf):
+    """MIS weight of light found by the path's ray, which light sampling finds with density light_pdf."""
+    if path.mis_pdf <= 0.0 or light_pdf <= 0.0:
+        return 1.0
+    return mis_weight(path.mis_pdf, light_pdf)
+
+
+@device
+def trace_path(scene, camera, integrator, film, scratch):
+    """Follow the path until it leaves the scene, is absorbed, or may not go on."""
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    sp.closures = scratch + SCRATCH_CLOSURES
+    sp.registers = scratch + SCRATCH_REGISTERS
+    while True:
+        o = vec(path.o)
+        d = vec(path.d)
+        t, instance, primitive, u, v = intersect(scene, scratch, o, d, path.tmin, FAR, visibility(path.flags))
+        if scene.n_lights > 0:
+            add_lamps(scene, integrator, film, scratch, t)
+        if instance < 0:
+            add_world(scene, integrator, film, scratch)
+            return
+        surface_point(scene, sp, instance, primitive, u, v, t, d)
+        inherit(sp, path, t)
+        material = material_at(scene.materials, sp.material).flags
+        survival = survival_probability(path, integrator)
+        ends = survival < 1.0 and rng.sample1(path.key, path.sample, path.dimension + DIM_ROULETTE) >= survival
+        if ends:
+            sp.ray_flags |= RAY_LAST
+        if sp.ray_flags & RAY_LAST and not material & (MATERIAL_EMITS | MATERIAL_TRANSPARENT):
+            return
+        shader_eval(scene, sp)
+        if integrator.filter_glossy < FAR and path.min_pdf < FAR:
+            blur = integrator.filter_glossy * path.min_pdf
+            if blur < 1.0:
+                bsdf_blur(sp, 0.5 * math.sqrt(1.0 - blur))
+        if holdout(scene, film, path, sp):
+            return
+        if sp.emission[0] != 0.0 or sp.emission[1] != 0.0 or sp.emission[2] != 0.0:
+            pdf = 0.0
+            if path.mis_pdf > 0.0:
+                pdf = triangle_pdf(scene, sp, o)
+            add_hit(film, integrator, path, vec(sp.emission), hit_weight(path, pdf), film.emission)
+        if ends:
+            return
+        if survival < 1.0:
+            put(path.throughput, scale(vec(path.throughput), 1.0 / survival))
+        if film.data_passes > 0 and path.background_visible > 0:
+            data_passes(scene, camera, integrator, film, path, sp)
+        if film.denoising_albedo >= 0 and path.denoise > 0:
+            feature_passes(scene, camera, film, path, sp)
+        if path.last:
+            if not pass_through(path, sp, integrator, vec(sp.transparent)):
+                return
+            continue
+        direct_light(scene, integrator, film, scratch, path, sp)
+        if not bounce(scene, integrator, path, sp):
+            return
+
+
+@device
+def inherit(sp, path, t):
+    """What a shading point knows of the path that arrives."""
+    sp.ray_flags = path.flags | (RAY_LAST if path.last else 0)
+    sp.depth = path.bounce
+    sp.diffuse_depth = path.diffuse_bounce
+    sp.glossy_depth = path.glossy_bounce
+    sp.transmission_depth = path.transmission_bounce
+    sp.transparent_depth = path.transparent_bounce
+    sp.light = -1
+    sp.dp = path.dp + t * path.dd
+    sp.dd = path.dd
+
+
+@device
+def survival_probability(path, integrator):
+    """Russian roulette: the probability to shade the surface. What it emits is counted in any case."""
+    if path.flags & RAY_TRANSPARENT or path.bounce <= integrator.min_bounces:
+        return 1.0
+    return min(1.0, math.sqrt(max3(vec(path.throughput))))
+
+
+@device
+def holdout(scene, film, path, sp):
+    """Punch a holdout's share out of the alpha channel; True when nothing of the surface is left."""
+    h = sp.holdout
+    if instance_at(scene.instances, sp.instance).flags & INSTANCE_HOLDOUT:
+        t = average(vec(sp.transparent))
+        h = 1.0 - t
+    if h <= 0.0 or path.background_visible == 0:
+        return False
+    add1(path.pixel, film.combined + 3, h * average(vec(path.throughput)))
+    if h >= 1.0 - 1.0e-6:
+        return True
+    if instance_at(scene.instances, sp.instance).flags & INSTANCE_HOLDOUT:
+        sp.n_closures = 0
+        put(sp.emission, (0.0, 0.0, 0.0))
+        path.last = 1
+    return False
+
+
+@device
+def add_lamps(scene, integrator, film, scratch, t):
+    """Light of the lamps that the path's ray passes before the distance t; lamps do not block light."""
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    o = vec(path.o)
+    d = vec(path.d)
+    tmin = path.tmin
+    for _ in range(scene.n_lights):
+        light, distance = lights_intersect(scene, o, d, tmin, t, path.flags)
+        if light < 0:
+            return
+        radiance, pdf = light_radiance(scene, scratch, path_point(scratch), light, o, d, distance)
+        add_hit(film, integrator, path, radiance, hit_weight(path, pdf), film.emission)
+        tmin = distance * (1.0 + 1.0e-5) + 1.0e-12
+
+
+@device
+def path_point(scratch):
+    """The shadow point with the path's depths, for the programs of lights and of the world."""
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
+    sp.closures = scratch + SCRATCH_SHADOW_CLOSURES
+    sp.registers = scratch + SCRATCH_SHADOW_REGISTERS
+    inherit(sp, path, 0.0)
+    return sp
+
+
+@device
+def add_world(scene, integrator, film, scratch):
+    """Light of the world where the path leaves the scene, and the alpha channel behind it."""
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    seen_through = integrator.transparent_film > 0 and path.background_visible > 0
+    if seen_through:
+        add1(path.pixel, film.combined + 3, average(vec(path.throughput)))
+        if film.environment < 0 and path.denoise == 0:
+            return
+    d = vec(path.d)
+    radiance = world_radiance(scene, scratch, path_point(scratch), vec(path.o), d)
+    mis = 1.0
+    if path.mis_pdf > 0.0:
+        mis = hit_weight(path, world_pdf(scene, d))
+    if seen_through:
+        add3(path.pixel, film.environment, mul(vec(path.throughput), radiance))
+    else:
+        add_hit(film, integrator, path, radiance, mis, film.environment)
+
+
+@device
+def direct_light(scene, integrator, film, scratch, path, sp):
+    """Next event estimation: one light sample, weighted against the lobes' density, if its shadow ray is free."""
+    if sp.n_closures == 0:
+        return
+    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
+    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
+    path_point(scratch)
+    if not light_sample(scene, sp, scratch, u0, u1, u2):
+        return
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    wi = vec(ls.wi)
+    dr, dg, db, gr, gg, gb, tr, tg, tb, pdf = bsdf_eval(scene, sp, wi)
+    f = (dr + gr + tr, dg + gg + tg, db + gb + tb)
+    if f[0] + f[1] + f[2] == 0.0 or ls.pdf <= 0.0:
+        return
+    weight = 1.0 / ls.pdf
+    if not ls.flags & LIGHT_SAMPLE_DELTA:
+        weight *= mis_weight(ls.pdf, pdf)
+    c = mul(mul(scale(f, weight), vec(ls.radiance)), vec(path.throughput))
+    if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
+        c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
+    if c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0:
+        return
+    c = clamp_contribution(c, integrator.clamp_indirect if path.bounce > 0 else integrator.clamp_direct)
+    if path.bounce > 0:
+        add_light(film, path.pixel, c, True, vec(path.diffuse_weight), vec(path.glossy_weight))
+    elif film.light_passes > 0:
+        diffuse = (share(dr, f[0]), share(dg, f[1]), share(db, f[2]))
+        glossy = (share(gr, f[0]), share(gg, f[1]), share(gb, f[2]))
+        add_light(film, path.pixel, c, False, diffuse, glossy)
+    else:
+        add3(path.pixel, film.combined, c)
+
+
+@device
+def share(part, whole):
+    return part / whole if whole > 0.0 else 0.0
+
+
+@device
+def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
+    """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque."""
+    o = offset_origin(vec(sp.p), vec(sp.ng), wi)
+    d = wi
+    tmax = FAR
+    if distance < FAR:
+        d = sub(target, o)
+        tmax = length(d)
+        d = scale(d, 1.0 / tmax)
+        tmax *= 1.0 - 2.0e-5
+    if occluded(scene, scratch, o, d, tmax, RAY_SHADOW_OPAQUE):
+        return (0.0, 0.0, 0.0)
+    if scene.flags & SCENE_HAS_TRANSPARENT:
+        return transparent_shadow(scene, integrator, scratch, path, o, d, tmax)
+    return (1.0, 1.0, 1.0)
+
+
+@device
+def transparent_shadow(scene, integrator, scratch, path, o, d, tmax):
+    """Transmittance through surfaces that may be transparent, nearest first."""
+    point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
+    point.closures = scratch + SCRATCH_SHADOW_CLOSURES
+    point.registers = scratch + SCRATCH_SHADOW_REGISTERS
+    result = (1.0, 1.0, 1.0)
+    tmin = 0.0
+    for crossed in range(integrator.transparent_bounces - path.transparent_bounce):
+        t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, tmax, RAY_SHADOW_TRANSPARENT)
+        if instance < 0:
+            return result
+        surface_point(scene, point, instance, primitive, u, v, t, d)
+        inherit(point, path, t)
+        point.depth = path.bounce + 1
+        point.transparent_depth = path.transparent_bounce + crossed
+        point.ray_flags = (path.flags & ~RAY_CAMERA) | RAY_SHADOW
+        shader_eval(scene, point)
+        result = mul(result, vec(point.transparent))
+        if max3(result) <= 0.0:
+            return result
+        tmin = next_after(t)
+    return (0.0, 0.0, 0.0)
+
+
+@device
+def next_after(t):
+    """A distance behind the hit at t, for going on along the same ray."""
+    return t * (1.0 + 1.0e-5) + 1.0e-12
+
+
+@device
+def bounce(scene, integrator, path, sp):
+    """Sample the lobes and make the path's next ray; False when there is none."""
+    if sp.n_closures == 0:
+        return False
+    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
+    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
+    label, wi, f, pdf = bsdf_sample(scene, sp, u0, u1, u2)
+    if label == 0 or pdf <= 0.0:
+        return False
+    total = (f[0] + f[3] + f[6], f[1] + f[4] + f[7], f[2] + f[5] + f[8])
+    if max3(total) <= 0.0:
+        return False
+    if label & LABEL_TRANSPARENT:
+        return pass_through(path, sp, integrator, scale(total, 1.0 / pdf))
+    put(path.throughput, scale(mul(vec(path.throughput), total), 1.0 / pdf))
+    if path.bounce == 0:
+        put(path.diffuse_weight, (share(f[0], total[0]), share(f[1], total[1]), share(f[2], total[2])))
+        put(path.glossy_weight, (share(f[3], total[0]), share(f[4], total[1]), share(f[5], total[2])))
+    put(path.o, offset_origin(vec(sp.p), vec(sp.ng), wi))
+    put(path.d, normalize(wi))
+    path.tmin = 0.0
+    path.dp = sp.dp
+    next_state(path, integrator, label, pdf)
+    return True
+
+
+@device
+def pass_through(path, sp, integrator, weight):
+    """Let the ray go on behind a transparent surface."""
+    if max3(weight) <= 0.0:
+        return False
+    put(path.throughput, mul(vec(path.throughput), weight))
+    path.flags |= RAY_TRANSPARENT
+    path.transparent_bounce += 1
+    path.dimension += DIMENSIONS
+    path.tmin = next_after(sp.t)
+    return path.transparent_bounce < integrator.transparent_bounces
+
+
+@device
+def next_state(path, integrator, label, pdf):
+    """Count the bounce, set the flags of the next ray, and note when it may only find light."""
+    path.bounce += 1
+    path.dimension += DIMENSIONS
+    last = path.bounce >= integrator.max_bounces
+    flags = RAY_REFLECT
+    if label & LABEL_REFLECT:
+        if label & LABEL_DIFFUSE:
+            path.diffuse_bounce += 1
+            last = last or path.diffuse_bounce >= integrator.diffuse_bounces
+        else:
+            path.glossy_bounce += 1
+            last = last or path.glossy_bounce >= integrator.glossy_bounces
+    else:
+        flags = RAY_TRANSMIT
+        path.transmission_bounce += 1
+        last = last or path.transmission_bounce >= integrator.transmission_bounces
+    if label & LABEL_DIFFUSE:
+        flags |= RAY_DIFFUSE
+    elif label & LABEL_GLOSSY:
+        flags |= RAY_GLOSSY
+    else:
+        flags |= RAY_GLOSSY | RAY_SINGULAR
+    path.flags = flags
+    path.background_visible = 0
+    path.mis_pdf = 0.0 if label & LABEL_SINGULAR else pdf
+    if not label & LABEL_SINGULAR:
+        path.min_pdf = min(path.min_pdf, pdf)
+    if last:
+        path.last = 1
+
+
+@device
+def data_passes(scene, camera, integrator, film, path, sp):
+    """Passes that describe the first surface: those of the first sample, averages, and lobes' colours."""
+    pixel = path.pixel
+    p = vec(sp.p)
+    if path.data_done == 0:
+        if path.sample == 0:
+            if film.depth >= 0:
+                store_f32(pixel, film.depth, camera_depth(camera, p))
+            if film.object_index >= 0:
+                store_f32(pixel, film.object_index, float(instance_at(scene.instances, sp.instance).object_index))
+            if film.material_index >= 0:
+                store_f32(pixel, film.material_index, float(material_at(scene.materials, sp.material).pass_index))
+            set3(pixel, film.position, p)
+        if average(vec(sp.transparent)) <= 1.0 - integrator.pass_alpha_threshold:
+            add3(pixel, film.normal, vec(sp.n))
+            if film.uv >= 0:
+                found, x, y, _z, _w = attribute(scene, sp, 0, 0.0, 0.0)
+                if found:
+                    add3(pixel, film.uv, (x, y, 1.0))
+            path.data_done = 1
+    if film.diffuse_color >= 0 or film.glossy_color >= 0 or film.transmission_color >= 0:
+        c = bsdf_color(scene, sp)
+        t = vec(path.throughput)
+        add3(pixel, film.diffuse_color, mul(t, (c[0], c[1], c[2])))
+        add3(pixel, film.glossy_color, mul(t, (c[3], c[4], c[5])))
+        add3(pixel, film.transmission_color, mul(t, (c[6], c[7], c[8])))
+
+
+@device
+def camera_depth(camera, p):
+    """Distance along the view axis; for a panorama from the camera's centre."""
+    q = transform_point(camera.to_camera, p)
+    return length(q) if camera.kind == 2 else -q[2]
+
+
+@device
+def feature_passes(scene, camera, film, path, sp):
+    """The denoiser's albedo and normal, behind mirrors and glass those of what is seen in them."""
+    albedo, normal, specular, diffuse_like = denoise_features(scene, sp)
+    t = vec(path.feature_throughput)
+    if diffuse_like:
+        add3(path.pixel, film.denoising_albedo, mul(t, albedo))
+        n = (
+            dot((camera.to_camera[0], camera.to_camera[1], camera.to_camera[2]), normal),
+            dot((camera.to_camera[4], camera.to_camera[5], camera.to_camera[6]), normal),
+            dot((camera.to_camera[8], camera.to_camera[9], camera.to_camera[10]), normal),
+        )
+        add3(path.pixel, film.denoising_normal, n)
+        path.denoise = 0
+    else:
+        put(path.feature_throughput, mul(t, specular))
+
+
+def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray:
+    """The INTEGRATOR record (1,) for `settings`; `table` is its pixel filter's table and must outlive the record."""
+    record = np.zeros(1, INTEGRATOR)
+    r = record[0]
+    r["seed"] = settings.seed & 0x7FFFFFFF
+    r["filter_table"] = address(table)
+    r["min_bounces"] = settings.min_bounces
+    r["transparent_film"] = settings.film_transparent
+    r["pass_alpha_threshold"] = settings.pass_alpha_threshold
+    r["caustics_reflective"] = settings.caustics_reflective
+    r["caustics_refractive"] = settings.caustics_refractive
+    # A path of n bounces still finds light by its last ray, which therefore counts.
+    for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces"):
+        r[name] = getattr(settings, name) + 1
+    r["clamp_direct"] = settings.clamp_direct or math.inf
+    r["clamp_indirect"] = settings.clamp_indirect or math.inf
+    r["filter_glossy"] = 1.0 / settings.filter_glossy if settings.filter_glossy > 0.0 else math.inf
+    return record
+
+
+class PathIntegrator:
+    """The PATH kernel with a scene, settings and a film; `render` may run on any number of threads."""
+
+    def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
+        self._table = filter_table(settings.pixel_filter, settings.filter_width)
+        self._integrator = integrator_record(settings, self._table)
+        self._scene, self._film = scene, film
+        scratch = self.scratch()
+        self._call((0, 0, 0, 0), 0, 0, scratch)  # compiles, or loads from the cache
+
+    def scratch(self) -> np.ndarray:
+        """Working memory for one thread."""
+        block = np.zeros(SCRATCH_BYTES + 64, np.uint8)
+        start = -address(block) % 64
+        return block[start : start + SCRATCH_BYTES]
+
+    def render(self, tile: tuple[int, int, int, int], first_sample: int, samples: int, scratch: np.ndarray) -> None:
+        """Add samples to a tile (x0, y0, x1, y1) of the film."""
+        self._call(tile, first_sample, samples, scratch)
+
+    def _call(self, tile, first_sample, samples, scratch) -> None:
+        scene = self._scene
+        render_tile(
+            scene.record, scene.camera.record, self._integrator[0], self._film.record, address(scratch), *tile,
+            first_sample, samples,
+        )  # fmt: skip

@@ -1,0 +1,236 @@
+"""A render in progress: scene, integrator and film; tiles, threads, progress, cancellation.
+
+`render` returns with whatever has been accumulated: finished, cancelled, out of time or failed, the film stays valid.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+
+import numpy as np
+
+from .denoise import denoise
+from .film import Film
+from .scene.scene import Scene
+from .settings import RenderSettings, required_passes
+
+log = logging.getLogger(__name__)
+
+TILE = 32  # pixels
+POLL = 0.05  # seconds between looks at the cancel flag
+BATCH_SECONDS = 0.5  # what a pass over all tiles aims at, so that frames appear and Esc answers
+
+
+@dataclass(frozen=True)
+class Status:
+    """Where a render is. `remaining` is in seconds, None while unknown; `memory` in bytes."""
+
+    stage: str = "Starting"
+    samples: int = 0
+    total: int = 0
+    elapsed: float = 0.0
+    remaining: float | None = None
+    memory: int = 0
+
+    @property
+    def progress(self) -> float:
+        return self.samples / self.total if self.total else 0.0
+
+    def line(self) -> str:
+        """One line for the status bar."""
+        parts = [self.stage]
+        if self.total:
+            parts.append(f"Sample {self.samples}/{self.total}")
+        if self.remaining is not None:
+            parts.append(f"Remaining {format_time(self.remaining)}")
+        parts.append(f"Mem {self.memory / 2**20:.0f} M")
+        return " | ".join(parts)
+
+
+def format_time(seconds: float) -> str:
+    """01:23.45 or 1:02:03."""
+    minutes, rest = divmod(max(seconds, 0.0), 60.0)
+    if minutes >= 60:
+        return f"{int(minutes) // 60}:{int(minutes) % 60:02d}:{int(rest):02d}"
+    return f"{int(minutes):02d}:{rest:05.2f}"
+
+
+def memory_in_use() -> int:
+    """Resident memory of this process in bytes; 0 where the system does not say."""
+    try:
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError, AttributeError):
+        pass
+    try:
+        import resource
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    except ImportError:
+        from .embree.library import device
+
+        return device().memory
+
+
+class Session:
+    """Renders `scene` (committed) with `settings` into `film`."""
+
+    def __init__(self, scene: Scene, settings: RenderSettings) -> None:
+        self.scene = scene
+        self.settings = settings
+        self.status = Status(total=settings.samples)
+        camera = scene.camera
+        passes = required_passes(settings.passes, settings.use_denoising)
+        self.film = Film(camera.width, camera.height, passes, settings.film_exposure)
+        self.denoised: np.ndarray | None = None
+        self._cancel = threading.Event()
+
+    def cancel(self) -> None:
+        """End the render soon; safe from any thread."""
+        self._cancel.set()
+
+    def render(
+        self,
+        cancelled: Callable[[], bool] = lambda: False,
+        on_progress: Callable[[Status], None] = lambda status: None,
+        on_frame: Callable[[Session], None] = lambda session: None,
+    ) -> bool:
+        """Accumulate samples until done; True when all were rendered.
+
+        `cancelled` and `on_progress` are called on the calling thread every 0.05 s, `on_frame` after each batch of
+        samples.
+        Raises what a kernel raised, with the film as it was.
+        """
+        start = time.perf_counter()
+        self._report("Loading render kernels (the first render compiles them, about a minute)", start, on_progress)
+        integrator = self._load(cancelled, start, on_progress)
+        if integrator is None:
+            return False
+        threads = self.settings.threads or os.cpu_count() or 1
+        with ThreadPoolExecutor(threads, "restir") as pool:
+            finished = self._accumulate(integrator, pool, threads, start, cancelled, on_progress, on_frame)
+        if self.settings.use_denoising and self.film.samples and not self._cancel.is_set():
+            self._report("Denoising", start, on_progress)
+            self.denoised = denoise(self.film, self.settings.denoising_quality, self.scene.warnings)
+        self._report("Finished" if finished else "Stopped", start, on_progress)
+        return finished
+
+    def combined(self) -> np.ndarray:
+        """The Combined pass, denoised when that was asked for and has been done."""
+        return self.film.pass_array("Combined") if self.denoised is None else self.denoised
+
+    def _report(self, stage: str, start: float, on_progress: Callable[[Status], None]) -> None:
+        elapsed = time.perf_counter() - start
+        done, total = self.film.samples, self.settings.samples
+        remaining = None
+        if done and done < total:
+            remaining = (time.perf_counter() - self._first_sample) * (total - done) / done
+            if self.settings.time_limit:
+                remaining = min(remaining, self.settings.time_limit - elapsed)
+        self.status = Status(stage, done, total, elapsed, remaining, memory_in_use())
+        on_progress(self.status)
+
+    def _load(self, cancelled, start, on_progress):
+        """The integrator with its kernel loaded or compiled, in a daemon thread so that Esc and quit answer at once."""
+        result: list = []
+
+        def work() -> None:
+            try:
+                from .integrators.path import PathIntegrator
+
+                result.append(PathIntegrator(self.scene, self.settings, self.film))
+            except BaseException as error:  # handed to the calling thread
+                result.append(error)
+
+        thread = threading.Thread(target=work, name="restir-compile", daemon=True)
+        thread.start()
+        stage = self.status.stage
+        while thread.is_alive():
+            thread.join(POLL)
+            if self._stopped(cancelled):
+                return None
+            self._report(stage, start, on_progress)
+        if isinstance(result[0], BaseException):
+            raise result[0]
+        return result[0]
+
+    def _stopped(self, cancelled: Callable[[], bool]) -> bool:
+        if cancelled():
+            self._cancel.set()
+        return self._cancel.is_set()
+
+    def _accumulate(self, integrator, pool, threads, start, cancelled, on_progress, on_frame) -> bool:
+        """Batches of samples over all tiles.
+
+        A batch that is cut short is undone, so that all pixels have equal samples; only when not a single batch was
+        finished are its tiles kept.
+        """
+        tiles = self._tiles()
+        self._first_sample = time.perf_counter()
+        limit = self.settings.time_limit
+        batch = 1
+        while self.film.samples < self.settings.samples:
+            batch = min(batch, self.settings.samples - self.film.samples)
+            began = time.perf_counter()
+            backup = self.film.pixels.copy() if self.film.samples else None
+            complete = self._batch(integrator, pool, threads, tiles, batch, start, cancelled, on_progress)
+            if not complete:
+                if backup is not None:
+                    self.film.pixels[:] = backup
+                elif batch:
+                    self.film.samples = batch
+                on_frame(self)
+                return False
+            self.film.samples += batch
+            on_frame(self)
+            now = time.perf_counter()
+            per_sample = (now - began) / batch
+            if limit and now - start >= limit:
+                break
+            batch = int(np.clip(BATCH_SECONDS / max(per_sample, 1e-6), 1, 2 * batch))
+            if limit:
+                batch = max(1, min(batch, int((limit - (now - start)) / per_sample)))
+        return True
+
+    def _batch(self, integrator, pool, threads, tiles, samples, start, cancelled, on_progress) -> bool:
+        """One batch of samples on every tile; False when it was cancelled."""
+        abort = threading.Event()
+        position = iter(tiles)
+        lock = threading.Lock()
+
+        def work() -> None:
+            scratch = integrator.scratch()
+            while not abort.is_set():
+                with lock:
+                    tile = next(position, None)
+                if tile is None:
+                    return
+                integrator.render(tile, self.film.samples, samples, scratch)
+
+        futures: list[Future] = [pool.submit(work) for _ in range(threads)]
+        pending = set(futures)
+        while pending:
+            _, pending = wait(pending, timeout=POLL)
+            if self._stopped(cancelled):
+                abort.set()
+            self._report("Rendering", start, on_progress)
+        for future in futures:
+            future.result()
+        return not abort.is_set()
+
+    def _tiles(self) -> list[tuple[int, int, int, int]]:
+        """Tiles (x0, y0, x1, y1), from the centre outwards."""
+        width, height = self.film.width, self.film.height
+        tiles = [
+            (x, y, min(x + TILE, width), min(y + TILE, height))
+            for y in range(0, height, TILE)
+            for x in range(0, width, TILE)
+        ]
+        centre = (0.5 * (width - TILE), 0.5 * (height - TILE))
+        return sorted(tiles, key=lambda t: (t[0] - centre[0]) ** 2 + (t[1] - centre[1]) ** 2)
