@@ -1,0 +1,91 @@
+"""Shader programs and what stands beside them: code, constants, tables, one MATERIAL record a program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..kernels import records as rec
+
+
+@dataclass
+class Program:
+    """A compiled shader tree. `code` is empty for a surface that neither scatters nor emits."""
+
+    code: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    constants: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    flags: int = 0  # MATERIAL_*
+    pass_index: int = 0
+    emission_sampling: int = 0  # see MATERIAL
+    emission_estimate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+class ShaderTable:
+    """All programs of a scene by index. `commit` lays them out behind one another in `code` and `constants`."""
+
+    def __init__(self) -> None:
+        self.code = np.zeros(0, np.int32)
+        self.constants = np.zeros(0)
+        self.tables = np.zeros(0, np.float32)
+        self._programs: list[Program] = []
+        self._materials = np.zeros(0, rec.MATERIAL)
+        self._table_parts: list[np.ndarray] = []
+        self._table_offsets: dict[bytes, int] = {}
+        self._table_size = 0
+        self._changed = False
+
+    def __len__(self) -> int:
+        return len(self._programs)
+
+    def __getitem__(self, index: int) -> Program:
+        return self._programs[index]
+
+    def add(self, program: Program) -> int:
+        """The index of a new program."""
+        self._programs.append(program)
+        self._changed = True
+        return len(self._programs) - 1
+
+    def replace(self, index: int, program: Program) -> None:
+        """Put another program in the place of one; nothing that refers to the index need change."""
+        self._programs[index] = program
+        self._changed = True
+
+    def table(self, values: np.ndarray) -> int:
+        """The offset in `tables` (in floats) of these values; equal tables are kept once."""
+        values = np.ascontiguousarray(values, np.float32).ravel()
+        offset = self._table_offsets.setdefault(values.tobytes(), self._table_size)
+        if offset == self._table_size:
+            self._table_parts.append(values)
+            self._table_size += len(values)
+            self._changed = True
+        return offset
+
+    @property
+    def materials(self) -> np.ndarray:
+        """MATERIAL records, up to date with every program."""
+        if self._changed:
+            self.commit()
+        return self._materials
+
+    def commit(self) -> None:
+        """Lay out `code`, `constants`, `tables` and the MATERIAL records."""
+        if not self._changed:
+            return
+        programs = self._programs
+        materials = np.zeros(len(programs), rec.MATERIAL)
+        code_at = constants_at = 0
+        for record, program in zip(materials, programs, strict=True):
+            record["code"] = code_at if len(program.code) else -1
+            record["constants"] = constants_at
+            record["n_constants"] = len(program.constants)
+            for name in ("flags", "pass_index", "emission_sampling", "emission_estimate"):
+                record[name] = getattr(program, name)
+            code_at += len(program.code)
+            constants_at += len(program.constants)
+        self._materials = materials
+        self.code = np.concatenate([np.zeros(0, np.int32), *(p.code for p in programs)]).astype(np.int32)
+        self.constants = np.concatenate([np.zeros(0), *(p.constants for p in programs)])
+        self.tables = np.concatenate([np.zeros(0, np.float32), *self._table_parts])
+        self._changed = False

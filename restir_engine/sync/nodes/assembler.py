@@ -1,0 +1,110 @@
+"""Instructions with symbolic registers, and the program that comes of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kernels import opcodes as ops
+from ...kernels.records import MAX_REGISTERS
+
+# Words from here on are registers that are not constants; their final numbers follow those of the constants.
+TEMPORARY = 1 << 28
+
+
+class TooManyRegisters(Exception):
+    """The tree keeps more values at once than the interpreter has registers."""
+
+
+class Assembler:
+    """Collects constants and instructions. A register is an int; `register + 1` is the next component of a value."""
+
+    def __init__(self) -> None:
+        self._instructions: list[list[int]] = []
+        self._constants: list[float] = []
+        self._known: dict[tuple[float, ...], int] = {}
+        self._blocks: list[int] = []  # owner of each temporary register: index of its block's first register
+
+    def constant(self, value: float | tuple[float, ...]) -> int:
+        """The register that holds a number, or the first of those that hold several."""
+        values = tuple(float(x) for x in value) if hasattr(value, "__len__") else (float(value),)
+        if values not in self._known:
+            self._known[values] = len(self._constants)
+            self._constants.extend(values)
+        return self._known[values]
+
+    def constant_value(self, register: int, count: int = 1) -> tuple[float, ...] | None:
+        """The numbers that a register is known to hold when the program starts, or None."""
+        return tuple(self._constants[register : register + count]) if 0 <= register < TEMPORARY else None
+
+    def allocate(self, count: int) -> int:
+        """The first of `count` new consecutive registers."""
+        start = len(self._blocks)
+        self._blocks.extend([start] * count)
+        return TEMPORARY + start
+
+    def emit(self, opcode: int, *words: int) -> None:
+        """Append an instruction. Words are registers or immediates (smaller than 2²⁸)."""
+        self._instructions.append([opcode, *(int(word) for word in words)])
+
+    @property
+    def position(self) -> int:
+        """The number of instructions so far."""
+        return len(self._instructions)
+
+    def insert_jump(self, position: int, weight: int) -> None:
+        """Before the instruction at `position`, a jump to the present end that is taken when `weight` is 0."""
+        distance = sum(len(instruction) + 1 for instruction in self._instructions[position:])
+        self._instructions.insert(position, [ops.JUMP_ZERO, weight, distance])
+
+    def finish(self) -> tuple[np.ndarray, np.ndarray]:
+        """(code, constants) of the program, empty when it does nothing."""
+        if not self._instructions:
+            return np.zeros(0, np.int32), np.zeros(0)
+        places = self._place()
+        words = []
+        for opcode, *operands in self._instructions:
+            words += [opcode, len(operands)]
+            words += [word if word < TEMPORARY else places[word - TEMPORARY] for word in operands]
+        words += [ops.END, 0]
+        return np.array(words, np.int32), np.array(self._constants)
+
+    def _place(self) -> dict[int, int]:
+        """Final numbers of temporary registers. A block is free again after its last use: jumps only go forward."""
+        first: dict[int, int] = {}
+        last: dict[int, int] = {}
+        for index, instruction in enumerate(self._instructions):
+            for word in instruction[1:]:
+                if word >= TEMPORARY:
+                    block = self._blocks[word - TEMPORARY]
+                    first.setdefault(block, index)
+                    last[block] = index
+        sizes: dict[int, int] = {}
+        for block in self._blocks:
+            sizes[block] = sizes.get(block, 0) + 1
+        used = np.zeros(MAX_REGISTERS, bool)
+        used[: len(self._constants)] = True
+        places: dict[int, int] = {}
+        expiring: dict[int, list[int]] = {}
+        for block, start in sorted(first.items(), key=lambda item: item[1]):
+            for time in [time for time in expiring if time < start]:
+                for old in expiring.pop(time):
+                    used[places[old] : places[old] + sizes[old]] = False
+            size = sizes[block]
+            place = _first_gap(used, size)
+            if place < 0 or len(self._constants) > MAX_REGISTERS:
+                raise TooManyRegisters
+            used[place : place + size] = True
+            expiring.setdefault(last[block], []).append(block)
+            for component in range(size):
+                places[block + component] = place + component
+        return places
+
+
+def _first_gap(used: np.ndarray, size: int) -> int:
+    """Start of the first run of `size` free registers, -1 without one."""
+    run = 0
+    for index, taken in enumerate(used.tolist()):
+        run = 0 if taken else run + 1
+        if run == size:
+            return index - size + 1
+    return -1

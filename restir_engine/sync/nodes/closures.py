@@ -1,0 +1,80 @@
+"""Shader nodes: closures, emission, and how they are mixed."""
+
+from __future__ import annotations
+
+from ...kernels import opcodes as ops
+from ...kernels.lobes import BSDF_NODES
+from ...kernels.lobes import nodes as lobes
+from .registry import closure
+
+
+@closure("ShaderNodeMixShader")
+def mix_shader(c, node, weight):
+    factor = c.value(node, "Fac")
+    first, second = (socket.identifier for socket in node.inputs if socket.type == "SHADER")
+    known = c.constant_value(factor)
+    if known is not None and known[0] <= 0.0:
+        c.closure(node, first, weight)
+    elif known is not None and known[0] >= 1.0:
+        c.closure(node, second, weight)
+    else:
+        share = 0.5 if known is None else known[0]
+        left, right = c.allocate(3), c.allocate(3)
+        c.emit(ops.MIX_WEIGHTS, left, right, weight, factor)
+        c.branches(node, [(first, left, 1.0 - share), (second, right, share)])
+
+
+@closure("ShaderNodeAddShader")
+def add_shader(c, node, weight):
+    for socket in node.inputs:
+        c.closure(node, socket.identifier, weight)
+
+
+@closure("ShaderNodeEmission", "ShaderNodeBackground")
+def emission(c, node, weight):
+    color, strength = c.vector(node, "Color"), c.value(node, "Strength")
+    c.emits(weight, color, strength)
+    c.emit(ops.EMISSION, weight, color, strength)
+
+
+@closure("ShaderNodeHoldout")
+def holdout(c, node, weight):
+    c.emit(ops.HOLDOUT, weight)
+
+
+@closure(*BSDF_NODES)
+def bsdf(c, node, weight):
+    layout = BSDF_NODES[node.bl_idname]
+    words = [operand(c, node, item) for item in layout.inputs]
+    words += [values.get(getattr(node, attribute), 0) for attribute, values in layout.enums]
+    _analyse(c, node, layout, weight, words)
+    c.emit(layout.opcode, weight, *words)
+
+
+def operand(c, node, item) -> int:
+    name = next((n for n in (item.name, *item.alternates) if any(s.name == n for s in node.inputs)), None)
+    if name is None:
+        return c.constant(item.missing if item.components == 1 else (item.missing,) * 3)
+    if item.default != lobes.VALUE and not c.is_linked(node, name):
+        return _default_frame(c, node, item)
+    return c.value(node, name) if item.components == 1 else c.vector(node, name)
+
+
+def _default_frame(c, node, item) -> int:
+    if item.default == lobes.TANGENT:
+        anisotropy = c.value(node, "Anisotropy" if node.bl_idname != "ShaderNodeBsdfPrincipled" else "Anisotropic")
+        return -1 if c.constant_value(anisotropy) == (0.0,) else c.vector(node, item.name)
+    return -1
+
+
+def _analyse(c, node, layout, weight, words) -> None:
+    if node.bl_idname == "ShaderNodeBsdfTransparent":
+        c.lets_light_through()
+    if node.bl_idname == "ShaderNodeBsdfPrincipled":
+        inputs = dict(zip((item.name for item in layout.inputs), words, strict=False))
+        alpha = c.constant_value(inputs["Alpha"])
+        if alpha is None or alpha[0] < 1.0:
+            c.lets_light_through()
+        c.emits(weight, inputs["Emission Color"], inputs["Emission Strength"])
+        if c.constant_value(c.value(node, "Subsurface Weight")) != (0.0,):
+            c.warn("subsurface scattering is rendered as diffuse")

@@ -1,0 +1,43 @@
+"""Converters of shader nodes, found by `bl_idname`.
+
+A value converter is `(compiler, node) → {output identifier: register}`, a closure converter `(compiler, node, weight)`,
+`weight` being the register of the rgb factor that the Mix Shaders above the node leave it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+NODES: dict[str, Callable] = {}
+CLOSURES: dict[str, Callable] = {}
+UNLINKED: dict[str, Callable] = {}
+
+
+def node(*identifiers: str) -> Callable:
+    """Register the decorated function as the value converter of these node types."""
+
+    def register(function: Callable) -> Callable:
+        NODES.update(dict.fromkeys(identifiers, function))
+        return function
+
+    return register
+
+
+def closure(*identifiers: str) -> Callable:
+    """Register the decorated function as the closure converter of these node types."""
+
+    def register(function: Callable) -> Callable:
+        CLOSURES.update(dict.fromkeys(identifiers, function))
+        return function
+
+    return register
+
+
+def unlinked(*names: str) -> Callable:
+    """Register `(compiler, node) → register` as what hidden vector inputs of these names are when unlinked."""
+
+    def register(function: Callable) -> Callable:
+        UNLINKED.update(dict.fromkeys(names, function))
+        return function
+
+    return register
