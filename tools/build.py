@@ -8,7 +8,6 @@ Wheels are kept in wheels/ and downloaded once; the zip is written to dist/.
 """
 
 import argparse
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -74,15 +73,15 @@ def build(pythons: list[str], platform: str, label: str, out: Path) -> Path:
     version = tomllib.loads(text)["version"]
     out.mkdir(parents=True, exist_ok=True)
     path = out / f"restir_engine-{version}-{label}-{platform}.zip"
-    with tempfile.NamedTemporaryFile(suffix=".zip", dir=out, delete=False) as temporary:
-        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+    with tempfile.TemporaryDirectory(dir=out) as folder:
+        unfinished = Path(folder) / path.name
+        with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr("blender_manifest.toml", text)
             for source in sources():
                 archive.write(source, source.relative_to(ROOT))
             for wheel in wheels:
                 archive.write(wheel, f"wheels/{wheel.name}", zipfile.ZIP_STORED)
-    shutil.move(temporary.name, path)
-    path.chmod(0o644)
+        unfinished.replace(path)
     return path
 
 
@@ -100,7 +99,9 @@ def main() -> None:
         pythons = sorted({PYTHON_OF_BLENDER[version] for version in options.blender})
         label = "-".join(f"blender{version}" for version in options.blender)
     path = build(pythons, options.platform, label, options.out)
-    print(f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}  {path.stat().st_size >> 20} MB")
+    print(
+        f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}  {path.stat().st_size >> 20} MB"
+    )
 
 
 if __name__ == "__main__":

@@ -1,0 +1,27 @@
+"""What a button does."""
+
+import bpy
+
+from . import cycles_settings, maintenance
+
+CLASSES = (
+    cycles_settings.RESTIR_OT_settings_from_cycles,
+    maintenance.RESTIR_OT_clear_kernel_cache,
+    maintenance.RESTIR_OT_copy_diagnostics,
+)
+
+
+def register() -> None:
+    """Add the operators, and the handlers that run the first of them by itself."""
+    for cls in CLASSES:
+        if not cls.is_registered:
+            bpy.utils.register_class(cls)
+    cycles_settings.watch()
+
+
+def unregister() -> None:
+    """Take them away."""
+    cycles_settings.unwatch()
+    for cls in reversed(CLASSES):
+        if cls.is_registered:
+            bpy.utils.unregister_class(cls)

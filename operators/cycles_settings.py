@@ -1,0 +1,168 @@
+"""Settings from Cycles: a button, and by itself when a scene is first switched to the engine."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..restir_engine import warning_log
+from ..restir_engine.engine import RestirEngine
+
+# Cycles' name of a setting and ours.
+COPIED = {
+    "seed": "seed",
+    "time_limit": "time_limit",
+    "use_denoising": "use_denoising",
+    "denoising_quality": "denoising_quality",
+    "max_bounces": "max_bounces",
+    "diffuse_bounces": "diffuse_bounces",
+    "glossy_bounces": "glossy_bounces",
+    "transmission_bounces": "transmission_bounces",
+    "transparent_max_bounces": "transparent_bounces",
+    "min_light_bounces": "min_bounces",
+    "sample_clamp_direct": "clamp_direct",
+    "sample_clamp_indirect": "clamp_indirect",
+    "blur_glossy": "filter_glossy",
+    "caustics_reflective": "caustics_reflective",
+    "caustics_refractive": "caustics_refractive",
+    "film_exposure": "film_exposure",
+    "pixel_filter_type": "pixel_filter",
+    "filter_width": "filter_width",
+}
+# Copied only when the artist has set them, since Cycles' defaults mean something else: its 4096 samples are a bound
+# that adaptive sampling seldom reaches.
+COPIED_WHEN_SET = {"samples": "samples", "use_animated_seed": "use_animated_seed"}
+ADAPTIVE_SAMPLES = 1024  # the most that is copied of a number that adaptive sampling would have cut short
+
+# What changes Cycles' picture and has no counterpart: the test, and what to say.
+SCENE_WITHOUT_COUNTERPART = (
+    (lambda s: s.cycles.use_fast_gi, "fast GI approximation is left out: indirect light is traced"),
+    (lambda s: s.cycles.film_transparent_glass and s.render.film_transparent, "transparent glass is left out"),
+    (lambda s: s.cycles.shading_system, "Open Shading Language is left out"),
+    (lambda s: s.cycles.use_camera_cull or s.cycles.use_distance_cull, "culling is left out: all objects are rendered"),
+    (lambda s: s.render.use_motion_blur, "motion blur is left out"),
+    (lambda s: s.render.use_multiview, "stereoscopy is left out"),
+)
+PASSES_WITHOUT_COUNTERPART = {
+    "use_pass_mist": "Mist",
+    "use_pass_vector": "Vector",
+    "use_pass_shadow": "Shadow",
+    "use_pass_ambient_occlusion": "Ambient Occlusion",
+    "use_pass_subsurface_direct": "Subsurface Direct",
+    "use_pass_subsurface_indirect": "Subsurface Indirect",
+    "use_pass_subsurface_color": "Subsurface Color",
+    "use_pass_cryptomatte_object": "Cryptomatte Object",
+    "use_pass_cryptomatte_material": "Cryptomatte Material",
+    "use_pass_cryptomatte_asset": "Cryptomatte Asset",
+}
+
+
+def copy_settings(scene: bpy.types.Scene, keep_changed: bool) -> list[str]:
+    """Copy what Cycles and we both have; returns a sentence for everything that has no counterpart.
+
+    With `keep_changed`, settings of ours that have been set already stay as they are.
+    """
+    own, cycles = scene.restir, getattr(scene, "cycles", None)
+    own.is_initialized = True
+    if cycles is None:  # the Cycles add-on is disabled
+        return []
+    when_set = {theirs: ours for theirs, ours in COPIED_WHEN_SET.items() if cycles.is_property_set(theirs)}
+    for theirs, ours in (COPIED | when_set).items():
+        if not (keep_changed and own.is_property_set(ours)) and hasattr(cycles, theirs):
+            setattr(own, ours, getattr(cycles, theirs))
+    lines = [f"Scene “{scene.name}”: {text}" for test, text in SCENE_WITHOUT_COUNTERPART if test(scene)]
+    if cycles.use_adaptive_sampling and own.samples > ADAPTIVE_SAMPLES and "samples" in when_set:
+        own.samples = ADAPTIVE_SAMPLES
+        lines.append(f"Scene “{scene.name}”: adaptive sampling is left out; Samples is set to {ADAPTIVE_SAMPLES}")
+    for layer in scene.view_layers:
+        names = [name for prop, name in PASSES_WITHOUT_COUNTERPART.items() if getattr(layer, prop, False)]
+        names += [f"AOV {aov.name}" for aov in layer.aovs] + [
+            f"Light Group {group.name}" for group in layer.lightgroups
+        ]
+        if names:
+            lines.append(f"View Layer “{layer.name}”: passes that are left out: {', '.join(names)}")
+    portals = [
+        o.name for o in scene.objects if o.type == "LIGHT" and getattr(o.data, "cycles", None) and is_portal(o.data)
+    ]
+    lines += [f"Light “{name}”: a portal gives no light and does not guide samples" for name in portals]
+    return lines
+
+
+def is_portal(light: bpy.types.Light) -> bool:
+    """Whether Cycles uses an area light to guide samples through a window."""
+    return light.type == "AREA" and light.cycles.is_portal
+
+
+def initialize(scene: bpy.types.Scene) -> None:
+    """Copy Cycles' settings once, the first time that a scene uses this engine."""
+    if scene.render.engine == RestirEngine.bl_idname and not scene.restir.is_initialized and scene.is_editable:
+        warning_log.add(scene.name, copy_settings(scene, keep_changed=True))
+
+
+class RESTIR_OT_settings_from_cycles(bpy.types.Operator):
+    """Copy samples, bounces, clamps, filter and film settings from Cycles and list what has no counterpart"""
+
+    bl_idname = "restir.settings_from_cycles"
+    bl_label = "Settings from Cycles"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return hasattr(context.scene, "cycles")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        lines = copy_settings(context.scene, keep_changed=False)
+        warning_log.add(context.scene.name, lines)
+        for line in lines:
+            self.report({"WARNING"}, line)
+        return {"FINISHED"}
+
+
+# The window tells of a changed engine through the message bus, which forgets its subscribers when a file is opened; a
+# render without a window tells nothing before it begins.
+_SUBSCRIBER = object()
+
+
+def _engine_changed() -> None:
+    for scene in bpy.data.scenes:
+        initialize(scene)
+
+
+def _subscribe() -> None:
+    key = (bpy.types.RenderSettings, "engine")
+    bpy.msgbus.clear_by_owner(_SUBSCRIBER)
+    bpy.msgbus.subscribe_rna(key=key, owner=_SUBSCRIBER, args=(), notify=_engine_changed)
+
+
+@persistent
+def restir_file_opened(*_args) -> None:
+    """After a file was opened."""
+    warning_log.clear()
+    _subscribe()
+
+
+@persistent
+def restir_render_starts(scene: bpy.types.Scene, *_args) -> None:
+    """Before a render."""
+    initialize(scene)
+
+
+HANDLERS = {"load_post": restir_file_opened, "render_init": restir_render_starts}
+
+
+def watch() -> None:
+    """Initialize scenes that are switched to the engine from now on."""
+    _subscribe()
+    for name, handler in HANDLERS.items():
+        handlers = getattr(bpy.app.handlers, name)
+        if handler not in handlers:
+            handlers.append(handler)
+
+
+def unwatch() -> None:
+    """Stop that."""
+    bpy.msgbus.clear_by_owner(_SUBSCRIBER)
+    for name, handler in HANDLERS.items():
+        handlers = getattr(bpy.app.handlers, name)
+        if handler in handlers:
+            handlers.remove(handler)

@@ -1,0 +1,184 @@
+"""The render engine as Blender sees it: final frames.
+
+The order for every view layer and frame is `update` (depsgraph → scene), then `render` (scene → film, by a session that
+knows nothing of Blender).
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+
+import bpy
+
+from . import properties, requirements, warning_log
+from .settings import PASS_BY_NAME, PASSES
+
+log = logging.getLogger(__name__)
+
+STATUS_INTERVAL = 0.25  # seconds between two status lines of one stage
+FIRST_INTERVAL, LAST_INTERVAL = 0.05, 0.8  # seconds between pictures sent to the Image Editor: at the start, later
+
+
+class RestirEngine(bpy.types.RenderEngine):
+    """ReSTIR in the list of engines."""
+
+    bl_idname = "RESTIR"
+    bl_label = "ReSTIR"
+    bl_use_postprocess = True
+    bl_use_eevee_viewport = True  # Material Preview
+    bl_use_shading_nodes_custom = False  # the shader editor shows the nodes that Cycles has
+
+    def __init__(self, *args, **kwargs) -> None:
+        super().__init__(*args, **kwargs)
+        self.scene = None
+        self.settings = None
+
+    def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
+        """Read what the view layer shows into a scene of our own."""
+        self.scene = None
+        problem = requirements.problem() or missing_in(depsgraph)
+        if problem:
+            fail(self, problem)
+            return
+        self.update_stats("", "Reading the scene")
+        configure_cache()
+        from .scene.errors import SceneError
+        from .sync.depsgraph import build_scene
+
+        self.settings = properties.render_settings(depsgraph.scene, depsgraph.view_layer)
+        try:
+            self.scene = build_scene(depsgraph, self.settings)
+        except SceneError as error:
+            fail(self, str(error))
+        except Exception as error:
+            log.exception("Reading the scene failed")
+            fail(self, unexpected("The scene could not be read", error))
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Render what `update` read."""
+        if self.scene is None:
+            return
+        from .session import Session
+
+        session = Session(self.scene, self.settings)
+        self.scene = None
+        result = self.begin_result(0, 0, session.film.width, session.film.height, layer=depsgraph.view_layer.name)
+        if result is None:
+            fail(self, "Blender has no place for the picture: check the render border and the resolution.")
+            return
+        display = Display(self, result)
+        try:
+            session.render(self.test_break, display.status, display.picture)
+        except Exception as error:
+            log.exception("The render failed")
+            fail(self, unexpected("The render stopped", error))
+        if session.film.samples:
+            write_passes(result, session, self.settings.passes)
+        self.end_result(result, cancel=not session.film.samples)
+        report_warnings(self, depsgraph.scene, session.scene.warnings)
+
+    def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
+        """Tell Blender which passes there will be."""
+        for name in ordered_passes(properties.enabled_passes(renderlayer)):
+            item = PASS_BY_NAME[name]
+            self.register_pass(scene, renderlayer, pass_name(item), len(item.channels), item.channels, item.kind)
+
+
+class Display:
+    """What the artist sees of a render in progress: status line, progress bar, the picture so far."""
+
+    def __init__(self, engine: RestirEngine, result: bpy.types.RenderResult) -> None:
+        self._engine, self._result = engine, result
+        self._line, self._line_time = "", 0.0
+        self._picture_time, self._interval = 0.0, FIRST_INTERVAL
+
+    def status(self, status) -> None:
+        """Show where the render is."""
+        now, line = time.monotonic(), status.line()
+        new_stage = line.partition("|")[0] != self._line.partition("|")[0]
+        if line == self._line or (not new_stage and now - self._line_time < STATUS_INTERVAL):
+            return
+        self._line, self._line_time = line, now
+        self._engine.update_stats("", line)
+        self._engine.update_progress(status.progress)
+
+    def picture(self, session) -> None:
+        """Show the samples that the film has by now; in a batch render nobody looks."""
+        if bpy.app.background or time.monotonic() - self._picture_time < self._interval:
+            return
+        write_passes(self._result, session, frozenset({"Combined"}))
+        self._engine.update_result(self._result)
+        self._picture_time = time.monotonic()
+        self._interval = min(2.0 * self._interval, LAST_INTERVAL)
+
+
+def write_passes(result: bpy.types.RenderResult, session, names: frozenset[str]) -> None:
+    """Copy passes of a session's film into Blender's render result."""
+    passes = result.layers[0].passes
+    for name in ordered_passes(names):
+        item = passes.get(pass_name(PASS_BY_NAME[name]))
+        if item is not None:
+            pixels = session.combined() if name == "Combined" else session.film.pass_array(name)
+            item.rect.foreach_set(pixels.ravel())
+
+
+def ordered_passes(names: frozenset[str]) -> list[str]:
+    """The names in the order of the pass table."""
+    return [item.name for item in PASSES if item.name in names]
+
+
+def pass_name(item) -> str:
+    """What the running Blender calls a pass."""
+    return item.name if bpy.app.version >= (5, 0, 0) else item.name_4
+
+
+def missing_in(depsgraph: bpy.types.Depsgraph) -> str:
+    """What the scene lacks to be rendered, or ""."""
+    if depsgraph.scene.camera is None:
+        return "The scene has no camera: add one (Add > Camera) or set one in the Scene properties."
+    return ""
+
+
+def unexpected(what: str, error: BaseException) -> str:
+    """A sentence for an error that nobody foresaw."""
+    return (
+        f"{what} ({type(error).__name__}: {error}). Details are in the console; please report it with Copy Diagnostics."
+    )
+
+
+def fail(engine: RestirEngine, text: str) -> None:
+    """End the render with a message that says what to do."""
+    engine.error_set(text)
+    engine.report({"ERROR"}, text)
+
+
+def report_warnings(engine: RestirEngine, scene: bpy.types.Scene, warnings) -> None:
+    """Show what could not be rendered as meant: in the info log and in the Warnings panel."""
+    lines = warnings.lines()
+    warning_log.record(scene.name, lines)
+    for line in lines:
+        engine.report({"WARNING"}, line)
+
+
+def configure_cache() -> None:
+    """Keep compiled kernels where an extension may write; outside of an extension, the default folder is used."""
+    from .kernels import cache
+
+    package = __package__.rpartition(".")[0]
+    if package.startswith("bl_ext."):
+        cache.configure(bpy.utils.extension_path_user(package, path="kernels", create=True))
+
+
+def register() -> None:
+    """Add the engine and its properties."""
+    properties.register()
+    if not RestirEngine.is_registered:
+        bpy.utils.register_class(RestirEngine)
+
+
+def unregister() -> None:
+    """Take both away; a scene that uses the engine keeps its name and says that it is missing."""
+    if RestirEngine.is_registered:
+        bpy.utils.unregister_class(RestirEngine)
+    properties.unregister()

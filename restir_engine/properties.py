@@ -1,0 +1,206 @@
+"""What the artist sets: `scene.restir`, and the one place that turns it into RenderSettings."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+
+from .settings import PASSES, RenderSettings
+
+DEFAULTS = RenderSettings()
+
+
+def _bounces(name: str, default: int, description: str):
+    return IntProperty(name=name, description=description, default=default, min=0, soft_max=32, max=1024)
+
+
+class RestirSceneSettings(bpy.types.PropertyGroup):
+    """Render settings of a scene."""
+
+    samples: IntProperty(
+        name="Samples",
+        description="Paths traced for each pixel of a final render. Twice the noise-free look costs four times as many",
+        default=DEFAULTS.samples,
+        min=1,
+        soft_max=4096,
+        max=1 << 24,
+    )
+    time_limit: FloatProperty(
+        name="Time Limit",
+        description="End the render after this time with the samples that it has by then. 0 is no limit",
+        default=DEFAULTS.time_limit,
+        min=0.0,
+        subtype="TIME_ABSOLUTE",
+        unit="TIME_ABSOLUTE",
+        step=100.0,
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Where the random numbers start: the same seed gives the same noise, on any number of threads",
+        default=DEFAULTS.seed,
+        min=0,
+    )
+    use_animated_seed: BoolProperty(
+        name="Animate Seed",
+        description="Another noise pattern on each frame of an animation",
+        default=True,
+    )
+    use_denoising: BoolProperty(
+        name="Denoise",
+        description="Remove what noise remains with Open Image Denoise, which Blender brings along",
+        default=DEFAULTS.use_denoising,
+    )
+    denoising_quality: EnumProperty(
+        name="Quality",
+        description="What the denoiser spends its time on",
+        items=(
+            ("HIGH", "High", "Best picture"),
+            ("BALANCED", "Balanced", "A little faster than High"),
+            ("FAST", "Fast", "About twice as fast as High"),
+        ),
+        default=DEFAULTS.denoising_quality,
+    )
+    max_bounces: _bounces("Total", DEFAULTS.max_bounces, "How often light is scattered at most. 0: direct light only")
+    diffuse_bounces: _bounces("Diffuse", DEFAULTS.diffuse_bounces, "How often light is scattered diffusely at most")
+    glossy_bounces: _bounces("Glossy", DEFAULTS.glossy_bounces, "How often light is reflected glossily at most")
+    transmission_bounces: _bounces(
+        "Transmission", DEFAULTS.transmission_bounces, "How often light passes through glass at most"
+    )
+    transparent_bounces: _bounces(
+        "Transparent", DEFAULTS.transparent_bounces, "How many transparent surfaces a ray passes through at most"
+    )
+    min_bounces: _bounces(
+        "Minimum",
+        DEFAULTS.min_bounces,
+        "Bounces before dim paths may end early. More is slower and less noisy; the mean is the same",
+    )
+    clamp_direct: FloatProperty(
+        name="Clamp Direct",
+        description="Most that direct light may add to a sample. Removes bright dots and the light in them; 0 is off",
+        default=DEFAULTS.clamp_direct,
+        min=0.0,
+        soft_max=100.0,
+    )
+    clamp_indirect: FloatProperty(
+        name="Clamp Indirect",
+        description="Most that light from bounces may add to a sample. Removes bright dots and their light; 0 is off",
+        default=DEFAULTS.clamp_indirect,
+        min=0.0,
+        soft_max=100.0,
+    )
+    filter_glossy: FloatProperty(
+        name="Filter Glossy",
+        description="Blur sharp reflections seen by way of a rough bounce: less noise, softer caustics. 0 is off",
+        default=DEFAULTS.filter_glossy,
+        min=0.0,
+        soft_max=4.0,
+        max=100.0,
+    )
+    caustics_reflective: BoolProperty(
+        name="Reflective Caustics",
+        description="Light that a glossy surface casts on a diffuse one. Off is less noisy and darker",
+        default=DEFAULTS.caustics_reflective,
+    )
+    caustics_refractive: BoolProperty(
+        name="Refractive Caustics",
+        description="Light that glass casts on a diffuse surface. Off is less noisy and darkens the shadow of glass",
+        default=DEFAULTS.caustics_refractive,
+    )
+    film_exposure: FloatProperty(
+        name="Exposure",
+        description="Factor on the brightness of the passes that hold light, before colour management",
+        default=DEFAULTS.film_exposure,
+        min=0.0,
+        soft_max=10.0,
+    )
+    pixel_filter: EnumProperty(
+        name="Filter",
+        description="How the samples around a pixel's centre are weighed",
+        items=(
+            ("BLACKMAN_HARRIS", "Blackman–Harris", "Sharp and without steps at edges"),
+            ("GAUSSIAN", "Gaussian", "Softer"),
+            ("BOX", "Box", "The pixel's own square"),
+        ),
+        default=DEFAULTS.pixel_filter,
+    )
+    filter_width: FloatProperty(
+        name="Width",
+        description="Width of the pixel filter; a larger one is softer",
+        default=DEFAULTS.filter_width,
+        min=0.01,
+        soft_max=4.0,
+        max=10.0,
+        subtype="PIXEL",
+    )
+    threads: IntProperty(
+        name="Threads",
+        description="Processor threads that a render uses. 0 is one for each that the machine has",
+        default=DEFAULTS.threads,
+        min=0,
+        max=1024,
+    )
+    # Whether the Cycles settings of this scene were looked at once.
+    is_initialized: BoolProperty(default=False, options={"HIDDEN"})
+
+
+class RestirViewLayerSettings(bpy.types.PropertyGroup):
+    """Passes of a view layer for which Blender has no switch of its own."""
+
+    use_pass_denoising: BoolProperty(
+        name="Denoising Data",
+        description="Deliver the albedo and the normal that guide a denoiser, for the compositor's Denoise node",
+        default=False,
+    )
+
+
+def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
+    """Names of the passes that a view layer asks for; Combined is always one of them."""
+    denoising = view_layer.restir.use_pass_denoising
+    return frozenset(
+        item.name
+        for item in PASSES
+        if item.name == "Combined" or (getattr(view_layer, item.view_layer) if item.view_layer else denoising)
+    )
+
+
+def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> RenderSettings:
+    """The settings of a final render of `view_layer` at the scene's current frame."""
+    own = scene.restir
+    same_name = {
+        name: getattr(own, name)
+        for name in RenderSettings.__dataclass_fields__
+        if name in RestirSceneSettings.__annotations__
+    }
+    seed = own.seed + (scene.frame_current if own.use_animated_seed else 0)
+    return RenderSettings(
+        **same_name
+        | {
+            "seed": seed,
+            "samples": view_layer.samples or own.samples,
+            "threads": scene.render.threads
+            if scene.render.threads_mode == "FIXED" and not own.threads
+            else own.threads,
+            "film_transparent": scene.render.film_transparent,
+            "pass_alpha_threshold": view_layer.pass_alpha_threshold,
+            "passes": enabled_passes(view_layer),
+        }
+    )
+
+
+CLASSES = {bpy.types.Scene: RestirSceneSettings, bpy.types.ViewLayer: RestirViewLayerSettings}
+
+
+def register() -> None:
+    """Add `scene.restir` and `view_layer.restir`."""
+    for owner, group in CLASSES.items():
+        if not group.is_registered:
+            bpy.utils.register_class(group)
+            owner.restir = PointerProperty(type=group, name="ReSTIR", description=group.__doc__)
+
+
+def unregister() -> None:
+    """Take them away again."""
+    for owner, group in CLASSES.items():
+        if group.is_registered:
+            del owner.restir
+            bpy.utils.unregister_class(group)
