@@ -85,9 +85,9 @@ class Session:
         self.scene = scene
         self.settings = settings
         self.status = Status(total=settings.samples)
-        camera = scene.camera
+        width, height = scene.camera.film_size
         passes = required_passes(settings.passes, settings.use_denoising)
-        self.film = Film(camera.width, camera.height, passes, settings.film_exposure)
+        self.film = Film(width, height, passes, settings.film_exposure)
         self.denoised: np.ndarray | None = None
         self._cancel = threading.Event()
 

@@ -35,7 +35,7 @@ class _Scene:
 class MeshScene(_Scene):
     """The triangles of one mesh, in object space.
 
-    vertices: float32 (n, 3), C-contiguous, with at least 4 bytes of readable memory behind the last row (16-byte loads);
+    vertices: float32 (n, 3), C-contiguous, with 4 readable bytes behind the last row (16-byte loads);
     triangles: uint32 (m, 3). Both are shared with Embree, which means that they must live as long as this.
     """
 

@@ -33,6 +33,7 @@ from ..kernels.lobes import (
 )
 from ..kernels.memory import address, load_f32, store_f32
 from ..kernels.records import (
+    CAMERA,
     FILTER_TABLE_SIZE,
     INSTANCE_HOLDOUT,
     INTEGRATOR,
@@ -551,6 +552,8 @@ class PathIntegrator:
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self._integrator = integrator_record(settings, self._table)
         self._scene, self._film = scene, film
+        self._camera = np.zeros(1, CAMERA)
+        self._camera[0] = scene.camera.record()
         scratch = self.scratch()
         self._call((0, 0, 0, 0), 0, 0, scratch)  # compiles, or loads from the cache
 
@@ -567,6 +570,6 @@ class PathIntegrator:
     def _call(self, tile, first_sample, samples, scratch) -> None:
         scene = self._scene
         render_tile(
-            scene.record, scene.camera.record, self._integrator[0], self._film.record, address(scratch), *tile,
+            scene.record, self._camera[0], self._integrator[0], self._film.record, address(scratch), *tile,
             first_sample, samples,
         )  # fmt: skip

@@ -6,6 +6,10 @@ in base 2, shuffled and Owen-scrambled by hashing (Burley 2020, "Practical Hash-
 independent of each other. Different keys are independent.
 """
 
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
 from .jit import device
 
 
@@ -33,24 +37,26 @@ def key(seed, x, y, stream):
     return hash_combine(hash_combine(hash_combine(seed, x), y), stream)
 
 
-@device
-def _reverse(x):
-    x = ((x & 0x55555555) << 1) | ((x >> 1) & 0x55555555)
-    x = ((x & 0x33333333) << 2) | ((x >> 2) & 0x33333333)
-    x = ((x & 0x0F0F0F0F) << 4) | ((x >> 4) & 0x0F0F0F0F)
-    x = ((x & 0x00FF00FF) << 8) | ((x >> 8) & 0x00FF00FF)
-    return ((x & 0xFFFF) << 16) | (x >> 16)
+@intrinsic
+def _reverse(typingctx, x):
+    """The low 32 bits in reverse order."""
+
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(32)
+        reversal = builder.module.declare_intrinsic("llvm.bitreverse", [word])
+        return builder.zext(builder.call(reversal, [builder.trunc(args[0], word)]), ir.IntType(64))
+
+    return types.int64(types.int64), codegen
 
 
 @device
 def _laine_karras(x, seed):
-    """Owen scrambling of bit-reversed numbers: a bit is flipped depending on the bits below it."""
+    """Owen scrambling of bit-reversed numbers: a bit is flipped depending on the bits below it (Vegdahl's constants)."""
+    x = x ^ (x * 0x3D20ADEA & 0xFFFFFFFF)
     x = (x + seed) & 0xFFFFFFFF
-    x = x ^ (x * 0x6C50B47C & 0xFFFFFFFF)
-    x = x ^ (x * 0xB82F1E52 & 0xFFFFFFFF)
-    x = x ^ (x * 0xC7AFE638 & 0xFFFFFFFF)
-    x = x ^ (x * 0x8D22F6E6 & 0xFFFFFFFF)
-    return x
+    x = x * ((seed >> 16) | 1) & 0xFFFFFFFF
+    x = x ^ (x * 0x05526C56 & 0xFFFFFFFF)
+    return x ^ (x * 0x53A22864 & 0xFFFFFFFF)
 
 
 @device
@@ -70,18 +76,23 @@ def _sobol_second(x):
 
 
 @device
+def _seed(key, dimension):
+    return hash_u32(key + dimension * 0x9E3779B9)
+
+
+@device
 def sample2(key, index, dimension):
     """Two numbers in [0, 1), jointly stratified over the indices of a key."""
-    seed = hash_combine(key, dimension)
+    seed = _seed(key, dimension)
     shuffled = _scramble(index, seed)
-    a = _laine_karras(shuffled, hash_u32(seed ^ 0x68BC21EB))
-    b = _laine_karras(_sobol_second(shuffled), hash_u32(seed ^ 0x02E5BE93))
+    a = _laine_karras(shuffled, (seed * 0x2C1B3C6D) & 0xFFFFFFFF)
+    b = _laine_karras(_sobol_second(shuffled), (seed * 0x297A2D39) & 0xFFFFFFFF)
     return _reverse(a) * (1.0 / 4294967296.0), _reverse(b) * (1.0 / 4294967296.0)
 
 
 @device
 def sample1(key, index, dimension):
     """One number in [0, 1), stratified over the indices of a key."""
-    seed = hash_combine(key, dimension)
+    seed = _seed(key, dimension)
     shuffled = _scramble(index, seed)
-    return _reverse(_laine_karras(shuffled, hash_u32(seed ^ 0x68BC21EB))) * (1.0 / 4294967296.0)
+    return _reverse(_laine_karras(shuffled, (seed * 0x2C1B3C6D) & 0xFFFFFFFF)) * (1.0 / 4294967296.0)
