@@ -18,11 +18,6 @@ log = logging.getLogger(__name__)
 QUALITIES = {"FAST": 4, "BALANCED": 5, "HIGH": 6}
 _DEVICE_CPU, _FLOAT3 = 1, 3
 _NAMES = ("libOpenImageDenoise.so.2", "OpenImageDenoise.dll", "libOpenImageDenoise.dylib")
-    "libOpenImageDenoise.so.2",
-    "OpenImageDenoise.dll",
-    "libOpenImageDenoise.dylib",
-    "libOpenImageDenoise.2.dylib",
-)
 
 _API = {
     "oidnNewDevice": (c_void_p, [c_int]),

@@ -71,7 +71,7 @@ def soup() -> Soup:
 @pytest.fixture(scope="module")
 def rays() -> np.ndarray:
     rng = np.random.default_rng(2)
-    origin = rng.random((500, 3)) + [0.0, 0.0, 3.0]
+    origin = rng.random((500, 3)) + np.array((0.0, 0.0, 3.0))
     direction = rng.random((500, 3)) - origin
     return np.concatenate([origin, direction / np.linalg.norm(direction, axis=1, keepdims=True)], axis=1)
 
