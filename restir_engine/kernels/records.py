@@ -112,11 +112,14 @@ MATERIAL_TRANSPARENT = 2  # may let shadow rays through
 MATERIAL_VARYING_EMISSION = 4  # emission depends on the point (a texture)
 
 IMAGE = _record(
-    "pixels",  # float32 or uint8 [height, width, 4] rows bottom to top, scene-linear unless flags say otherwise
+    "pixels",  # float32 or uint8 [height, width, 4] rows bottom to top, alpha associated
     "width",
     "height",
-    "flags",
+    "flags",  # IMAGE_* bits
+    "decode",  # float32 [IMAGE_DECODE + 1]: encoded colour in [0, 1] to scene linear, after filtering; 0: linear already
 )
+IMAGE_BYTES = 1  # pixels are uint8
+IMAGE_DECODE = 1024
 
 CLOSURE = _record(
     "kind",  # LOBE_* of kernels.lobes
@@ -294,6 +297,7 @@ SCENE = _record(
     "world_material",  # program of the world, -1: black
     "world_table",  # owned by scene.world: importance map
     "world_visibility",
+    "camera",  # CAMERA, for nodes that read camera coordinates
     "flags",
     ("bounds", 6),  # min and max of all instances
 )

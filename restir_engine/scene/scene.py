@@ -105,3 +105,4 @@ class Scene:
         self._share(record, "images", self.images.records())
         record["n_images"] = len(self.images)
         self._share(record, "lobe_tables", lobe_tables())
+        self._share(record, "camera", np.asarray(self.camera.record()).reshape(1))
