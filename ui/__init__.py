@@ -1,0 +1,24 @@
+"""Panels: our own, and Blender's own made to show with this engine."""
+
+import bpy
+
+from . import data_panels, render_panels
+from .shared import set_compatible
+
+CLASSES = (*render_panels.CLASSES, *data_panels.CLASSES)
+
+
+def register() -> None:
+    """Add the panels."""
+    for cls in CLASSES:
+        if not cls.is_registered:
+            bpy.utils.register_class(cls)
+    set_compatible(True)
+
+
+def unregister() -> None:
+    """Take them away."""
+    set_compatible(False)
+    for cls in reversed(CLASSES):
+        if cls.is_registered:
+            bpy.utils.unregister_class(cls)

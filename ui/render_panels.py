@@ -1,0 +1,175 @@
+"""Panels of the Render, Output and View Layer tabs."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..restir_engine import warning_log
+from ..restir_engine.settings import PASSES
+from .shared import RestirPanel
+
+
+class RESTIR_RENDER_PT_sampling(RestirPanel, bpy.types.Panel):
+    """How many paths, and from which random numbers"""
+
+    bl_label = "Sampling"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        own, column = context.scene.restir, self.column()
+        column.prop(own, "samples")
+        column.prop(own, "time_limit")
+        row = column.row(align=True)
+        row.prop(own, "seed")
+        row.prop(own, "use_animated_seed", text="", icon="TIME")
+        column.separator()
+        column.operator("restir.settings_from_cycles", icon="IMPORT")
+
+
+class RESTIR_RENDER_PT_denoising(RestirPanel, bpy.types.Panel):
+    """Removing what noise remains"""
+
+    bl_label = "Denoise"
+    bl_parent_id = "RESTIR_RENDER_PT_sampling"
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.restir, "use_denoising", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        column.active = context.scene.restir.use_denoising
+        column.prop(context.scene.restir, "denoising_quality")
+
+
+class RESTIR_RENDER_PT_light_paths(RestirPanel, bpy.types.Panel):
+    """Which light paths are traced"""
+
+    bl_label = "Light Paths"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        own, column = context.scene.restir, self.column()
+        column.prop(own, "max_bounces", text="Max Bounces")
+        bounces = column.column(align=True)
+        for name in ("diffuse", "glossy", "transmission", "transparent"):
+            bounces.prop(own, f"{name}_bounces")
+        column.prop(own, "min_bounces", text="Min Bounces")
+        clamps = column.column(align=True)
+        clamps.prop(own, "clamp_direct", text="Clamp Direct")
+        clamps.prop(own, "clamp_indirect", text="Indirect")
+        column.prop(own, "filter_glossy")
+        caustics = column.column(heading="Caustics", align=True)
+        caustics.prop(own, "caustics_reflective", text="Reflective")
+        caustics.prop(own, "caustics_refractive", text="Refractive")
+
+
+class RESTIR_RENDER_PT_film(RestirPanel, bpy.types.Panel):
+    """From light to pixels"""
+
+    bl_label = "Film"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        own, column = context.scene.restir, self.column()
+        column.prop(own, "film_exposure")
+        column.prop(own, "pixel_filter")
+        width = column.column()
+        width.active = own.pixel_filter != "BOX"
+        width.prop(own, "filter_width")
+        column.prop(context.scene.render, "film_transparent", text="Transparent")
+
+
+class RESTIR_RENDER_PT_performance(RestirPanel, bpy.types.Panel):
+    """Use of the machine"""
+
+    bl_label = "Performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        column.prop(context.scene.restir, "threads")
+        column.operator("restir.clear_kernel_cache", icon="TRASH")
+        column.operator("restir.copy_diagnostics", icon="COPYDOWN")
+
+
+class RESTIR_RENDER_PT_warnings(RestirPanel, bpy.types.Panel):
+    """What the last render could not show as it is meant"""
+
+    bl_label = "Warnings"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and bool(warning_log.lines(context.scene.name))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        width = max(24, int(context.region.width / (7.0 * context.preferences.system.ui_scale)))
+        for line in warning_log.lines(context.scene.name):
+            column = self.layout.column(align=True)
+            for i, part in enumerate(wrapped(line, width)):
+                column.label(text=part, icon="ERROR" if i == 0 else "BLANK1")
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """The text in lines of at most `width` characters, broken at spaces."""
+    import textwrap
+
+    return textwrap.wrap(text, width)
+
+
+class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):
+    """Render passes of this view layer"""
+
+    bl_label = "Passes"
+    bl_context = "view_layer"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, layer = self.column(), context.view_layer
+        column.prop(layer, "pass_alpha_threshold")
+        for title, names in pass_groups().items():
+            group = column.column(heading=title, align=True)
+            for prop, name in names:
+                group.prop(layer, prop, text=name)
+        column.prop(layer.restir, "use_pass_denoising")
+
+
+def pass_groups() -> dict[str, list[tuple[str, str]]]:
+    """The pass table for the panel: heading → (view layer property, label)."""
+    groups: dict[str, list[tuple[str, str]]] = {
+        "Data": [],
+        "Diffuse": [],
+        "Glossy": [],
+        "Transmission": [],
+        "Light": [],
+    }
+    for item in PASSES:
+        lobe, _, half = item.name.partition(" ")
+        if lobe in groups:
+            groups[lobe].append((item.view_layer, half))
+        elif item.view_layer and item.kind == "COLOR" and item.name != "Combined":
+            groups["Light"].append((item.view_layer, item.name))
+        elif item.view_layer:
+            groups["Data"].append((item.view_layer, item.name))
+    return groups
+
+
+class RESTIR_VIEWLAYER_PT_override(RestirPanel, bpy.types.Panel):
+    """What this view layer has of its own"""
+
+    bl_label = "Override"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        column.prop(context.view_layer, "samples")
+
+
+CLASSES = (
+    RESTIR_RENDER_PT_sampling,
+    RESTIR_RENDER_PT_denoising,
+    RESTIR_RENDER_PT_light_paths,
+    RESTIR_RENDER_PT_film,
+    RESTIR_RENDER_PT_performance,
+    RESTIR_RENDER_PT_warnings,
+    RESTIR_VIEWLAYER_PT_passes,
+    RESTIR_VIEWLAYER_PT_override,
+)
