@@ -48,7 +48,6 @@ MESH = _record(
     "normals_domain",  # DOMAIN_POINT or DOMAIN_CORNER
     "smooth",  # uint8 [n_triangles], 0: this triangle is flat; address 0: all smooth when normals is set
     "material_slots",  # int32 [n_triangles], slot of the object; address 0: all 0
-    "tangents",  # float32 [n_triangles * 3, 4], MikkTSpace of the active UV map, w = sign; may be 0
     "attributes",  # ATTRIBUTE [n_attributes]
     "n_attributes",
     "embree",  # RTCScene of this mesh alone (bottom level)

@@ -1,0 +1,153 @@
+"""Triangle meshes, as arrays that kernels and Embree read in place."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..kernels.memory import address
+from ..kernels.records import ATTRIBUTE, DOMAIN_CORNER, DOMAIN_POINT, MESH
+
+
+@dataclass
+class Attribute:
+    """A value for each element of a domain. name: interned; values: (elements, 1 to 4)."""
+
+    name: int
+    domain: int
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        values = np.ascontiguousarray(self.values, np.float32)
+        self.values = values.reshape(len(values), -1)
+        if not 1 <= self.values.shape[1] <= 4:
+            raise ValueError("an attribute has one to four components")
+
+
+def attribute_table(attributes: list[Attribute]) -> np.ndarray:
+    """The ATTRIBUTE array; it does not keep the values alive."""
+    table = np.zeros(len(attributes), ATTRIBUTE)
+    for record, attribute in zip(table, attributes, strict=True):
+        record["name"], record["domain"] = attribute.name, attribute.domain
+        record["components"], record["values"] = attribute.values.shape[1], address(attribute.values)
+    return table
+
+
+@dataclass(eq=False)
+class Mesh:
+    """The arrays of a MESH record; None where the record allows an address of 0.
+
+    `vertices` may be any (n, 3); it is kept with 16 readable bytes behind the last row, which Embree asks for. Corners and polygons
+    left out stand for a mesh of separate triangles: three corners and one polygon each, in order.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    name: str = ""
+    corners: np.ndarray | None = None
+    polygons: np.ndarray | None = None
+    normals: np.ndarray | None = None
+    normals_domain: int = DOMAIN_POINT
+    smooth: np.ndarray | None = None
+    material_slots: np.ndarray | None = None
+    attributes: list[Attribute] = field(default_factory=list)
+    generated_offset: tuple[float, float, float] = (-1.0, -1.0, -1.0)
+    generated_scale: tuple[float, float, float] = (0.5, 0.5, 0.5)
+
+    def __post_init__(self) -> None:
+        self.vertices = padded(self.vertices)
+        self.triangles = np.ascontiguousarray(self.triangles, np.uint32).reshape(-1, 3)
+        count = len(self.triangles)
+        if self.corners is None:
+            self.corners = np.arange(3 * count, dtype=np.uint32)
+        self.corners = np.ascontiguousarray(self.corners, np.uint32).reshape(-1, 3)
+        if self.polygons is None:
+            self.polygons = np.arange(count)
+        self.polygons = np.ascontiguousarray(self.polygons, np.int32)
+        for name, dtype in (
+            ("normals", np.float32),
+            ("smooth", np.uint8),
+            ("material_slots", np.int32),
+        ):
+            array = getattr(self, name)
+            if array is not None:
+                setattr(self, name, np.ascontiguousarray(array, dtype))
+        self._table = np.zeros(0, ATTRIBUTE)
+
+    def attribute(self, name: int) -> Attribute | None:
+        """The attribute of an interned name."""
+        return next((attribute for attribute in self.attributes if attribute.name == name), None)
+
+    def record(self) -> np.void:
+        """The MESH record, without its acceleration structure; valid as long as this mesh and its arrays are."""
+        self._table = attribute_table(self.attributes)
+        result = np.zeros((), MESH)
+        for name in ("vertices", "triangles", "corners", "polygons", "normals", "smooth", "material_slots"):
+            result[name] = address(getattr(self, name))
+        result["n_vertices"], result["n_triangles"] = len(self.vertices), len(self.triangles)
+        result["normals_domain"] = self.normals_domain
+        result["attributes"], result["n_attributes"] = address(self._table), len(self._table)
+        result["generated_offset"], result["generated_scale"] = self.generated_offset, self.generated_scale
+        return result[()]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of all arrays."""
+        own = (self.vertices, self.triangles, self.corners, self.polygons)
+        optional = (self.normals, self.smooth, self.material_slots)
+        arrays = [*own, *(array for array in optional if array is not None)]
+        return sum(array.nbytes for array in arrays) + sum(a.values.nbytes for a in self.attributes)
+
+
+def empty_vertices(count: int) -> np.ndarray:
+    """An uninitialised (count, 3) float32 array with 24 readable bytes behind it."""
+    return np.empty((count + 2, 3), np.float32)[:count]
+
+
+def padded(vertices: np.ndarray) -> np.ndarray:
+    """`vertices` itself when it is a view that `empty_vertices` made, else a copy that is."""
+    base = vertices.base
+    if (
+        isinstance(base, np.ndarray)
+        and base.dtype == np.float32
+        and base.shape == (len(vertices) + 2, 3)
+        and base.flags.c_contiguous
+        and base.ctypes.data == vertices.ctypes.data
+        and vertices.shape[1:] == (3,)
+    ):
+        return vertices
+    result = empty_vertices(len(vertices))
+    result[:] = vertices
+    return result
+
+
+def clean(mesh: Mesh) -> str:
+    """Drop triangles with vertices that are not finite or not there; the sentence that says so, "" when none were.
+
+    Values of attributes that are not finite become 0, silently.
+    """
+    for attribute in mesh.attributes:
+        _finite(attribute.values)
+    if mesh.normals is not None:
+        _finite(mesh.normals)
+    keep = None
+    if len(mesh.triangles) and int(mesh.triangles.max()) >= len(mesh.vertices):
+        keep = (mesh.triangles < len(mesh.vertices)).all(axis=1)
+    # A sum is finite if all its terms are (and no larger than single precision holds), and is one fast pass.
+    if not np.isfinite(mesh.vertices.sum(dtype=np.float64)):
+        good = np.isfinite(mesh.vertices).all(axis=1)
+        mesh.vertices[~good] = 0.0
+        inside = good[np.minimum(mesh.triangles, len(good) - 1)].all(axis=1)
+        keep = inside if keep is None else keep & inside
+    if keep is None:
+        return ""
+    for name in ("triangles", "corners", "polygons", "smooth", "material_slots"):
+        array = getattr(mesh, name)
+        if array is not None:
+            setattr(mesh, name, np.ascontiguousarray(array[keep]))
+    dropped = int(len(keep) - keep.sum())
+    return f"{dropped} triangles with invalid vertices (not finite, or not there) are left out"
+
+
+def _finite(values: np.ndarray) -> None:
+    if not np.isfinite(values.sum(dtype=np.float64)):
+        np.nan_to_num(values, copy=False, nan=0.0, posinf=0.0, neginf=0.0)

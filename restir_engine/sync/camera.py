@@ -1,0 +1,136 @@
+"""The scene's camera object → `Camera`, with the frame that render settings give it."""
+
+import math
+
+import numpy as np
+
+from ..scene.camera import Camera
+from ..scene.errors import SceneError
+
+def sync_camera(depsgraph, warnings, camera_object=None) -> Camera:
+    """The camera of an evaluated depsgraph's scene (or another camera object) with the frame of the render settings."""
+    scene = depsgraph.scene
+    camera_object = camera_object or scene.camera
+    if camera_object is None:
+        raise SceneError("The scene has no camera: add one, or choose one in the Scene properties under “Camera”.")
+    camera_object = camera_object.evaluated_get(depsgraph)
+    if camera_object.type != "CAMERA":
+        raise SceneError(f"“{camera_object.name}” is used as the camera but is none: choose a camera object.")
+    render = scene.render
+    width, height = frame_size(render)
+    return read_camera(
+        camera_object.data,
+        np.array(camera_object.matrix_world),
+        width,
+        height,
+        warnings,
+        aspect=(render.pixel_aspect_x, render.pixel_aspect_y),
+        region=border(render, width, height),
+        focus=_focus_location(camera_object.data),
+    )
+
+
+def frame_size(render) -> tuple[int, int]:
+    """Width and height of the whole frame in pixels."""
+    percentage = render.resolution_percentage
+    width, height = render.resolution_x * percentage // 100, render.resolution_y * percentage // 100
+    if width < 1 or height < 1:
+        raise SceneError("The image has no pixels: raise the resolution or its percentage in the Output properties.")
+    return width, height
+
+
+def border(render, width: int, height: int) -> tuple[int, int, int, int] | None:
+    """The region (x, y, width, height) of the render border, None for the whole frame."""
+    if not render.use_border:
+        return None
+    left, right = (int(x * width) for x in (render.border_min_x, render.border_max_x))
+    bottom, top = (int(y * height) for y in (render.border_min_y, render.border_max_y))
+    if right <= left or top <= bottom:
+        return None
+    return left, bottom, right - left, top - bottom
+
+
+def read_camera(
+    data, matrix, width: int, height: int, warnings, *, aspect=(1.0, 1.0), region=None, focus=None
+) -> Camera:
+    """The `Camera` of a bpy.types.Camera placed by `matrix`. focus: where the focus object is, in world space."""
+    result = Camera(
+        to_world=np.asarray(matrix, np.float64)[:3],
+        width=width,
+        height=height,
+        region=region,
+        clip_start=data.clip_start,
+        clip_end=data.clip_end,
+    )
+    if data.type in ("PERSP", "ORTHO", "PANO"):
+        result.kind = data.type
+    else:
+        warnings.add("Camera", data.name, f"cameras of type {data.type} are rendered as perspective")
+    if result.kind == "PANO":
+        _read_panorama(result, data, warnings)
+    else:
+        result.screen = _screen(data, result.kind, width * aspect[0], height * aspect[1])
+    _read_lens(result, data, focus)
+    return result
+
+
+def _screen(data, kind: str, width: float, height: float) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top of the frame; width and height in units of equal size on the sensor."""
+    fit = data.sensor_fit
+    horizontal = width > height if fit == "AUTO" else fit == "HORIZONTAL"
+    if kind == "ORTHO":
+        extent = data.ortho_scale
+    else:
+        extent = (data.sensor_height if fit == "VERTICAL" else data.sensor_width) / data.lens
+    unit = extent / (width if horizontal else height)  # of the frame's plane, a pixel
+    half_width, half_height = 0.5 * width * unit, 0.5 * height * unit
+    x, y = data.shift_x * extent, data.shift_y * extent
+    return x - half_width, x + half_width, y - half_height, y + half_height
+
+
+def _read_lens(camera: Camera, data, focus) -> None:
+    dof = data.dof
+    if not dof.use_dof:
+        return
+    stop = max(dof.aperture_fstop, 1e-5)
+    # A lens of so many millimetres, in metres; an orthographic camera counts as a lens of 1 m.
+    length = 1.0 if camera.kind == "ORTHO" else data.lens * 1e-3
+    camera.aperture = length / (2.0 * stop)
+    camera.focus_distance = dof.focus_distance
+    if focus is not None:
+        axis = camera.to_world[:, 2]
+        axis = axis / max(np.linalg.norm(axis), 1e-30)
+        camera.focus_distance = abs(float(axis @ (camera.to_world[:, 3] - focus)))
+    camera.focus_distance = max(camera.focus_distance, 1e-5)
+    camera.blades = dof.aperture_blades
+    camera.blade_rotation = dof.aperture_rotation
+    camera.aperture_ratio = dof.aperture_ratio
+
+
+def _focus_location(data):
+    """Where the focus object (or its bone) is, None without one. `data` is evaluated."""
+    target = data.dof.focus_object
+    if target is None:
+        return None
+    matrix = target.matrix_world
+    bone = target.pose.bones.get(data.dof.focus_subtarget) if target.pose and data.dof.focus_subtarget else None
+    if bone is not None:
+        matrix = matrix @ bone.matrix
+    return np.array(matrix.translation)
+
+
+def _read_panorama(camera: Camera, data, warnings) -> None:
+    # Up to 4.5 these stand in Cycles' own property group, from 5.0 on in the camera.
+    source = data if hasattr(data, "panorama_type") else getattr(data, "cycles", None)
+    if source is None:
+        return
+    if source.panorama_type != "EQUIRECTANGULAR":
+        kind = source.panorama_type.replace("_", " ").lower()
+        warnings.add("Camera", data.name, f"a {kind} panorama is rendered as an equirectangular one")
+        return
+    camera.longitude = _limits(source.longitude_min, source.longitude_max, math.pi)
+    camera.latitude = _limits(source.latitude_min, source.latitude_max, math.pi / 2)
+
+
+def _limits(low: float, high: float, most: float) -> tuple[float, float]:
+    return max(low, -most), min(high, most)

@@ -1,0 +1,200 @@
+"""Evaluated meshes → `Mesh`, at the speed of copying memory.
+
+Only properties that Blender hands out as whole arrays are read (attributes' own values, `loop_triangles.loops`, `corner_normals`, …): anything
+behind a getter costs fifty times as much.
+"""
+
+import ctypes
+
+import numpy as np
+
+from ..kernels.records import DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_POINT
+from ..scene import names
+from ..scene.mesh import Attribute, Mesh, clean, empty_vertices
+from .topology import islands, pointiness, tangents_without_mikk
+
+DOMAINS = {"POINT": DOMAIN_POINT, "CORNER": DOMAIN_CORNER, "FACE": DOMAIN_FACE}
+
+# Type of an attribute → name of its values, their type in memory, components.
+LAYOUTS = {
+    "FLOAT": ("value", np.float32, 1),
+    "INT": ("value", np.int32, 1),
+    "INT8": ("value", np.int8, 1),
+    "BOOLEAN": ("value", bool, 1),
+    "FLOAT2": ("vector", np.float32, 2),
+    "INT32_2D": ("value", np.int32, 2),
+    "INT16_2D": ("value", np.int16, 2),
+    "FLOAT_VECTOR": ("vector", np.float32, 3),
+    "FLOAT_COLOR": ("color", np.float32, 4),
+    "QUATERNION": ("value", np.float32, 4),
+}
+
+
+def read_mesh(scene, data, deformed: bool = True) -> Mesh | None:
+    """The `Mesh` of an evaluated bpy.types.Mesh; None when it has no faces.
+
+    It gets its UV maps and those of `scene.attribute_names` that it has. deformed: whether modifiers or shape keys may
+    have moved its vertices away from the shape that generated coordinates belong to.
+    """
+    count = len(data.loop_triangles)
+    if count == 0:
+        return None
+    n_vertices, n_corners = len(data.vertices), len(data.loops)
+    vertices = empty_vertices(n_vertices)
+    data.attributes["position"].data.foreach_get("vector", vertices.reshape(-1))
+    corners = _read(data.loop_triangles, "loops", (count, 3), np.uint32)
+    polygons = _read(data.loop_triangle_polygons, "value", (count,), np.int32)
+    corner_vertices = _read(data.attributes[".corner_vert"].data, "value", (n_corners,), np.int32)
+    mesh = Mesh(
+        vertices, corner_vertices.view(np.uint32)[corners], name=data.name, corners=corners, polygons=polygons
+    )
+    _read_normals(mesh, data, n_corners)
+    _read_material_slots(mesh, data)
+    _read_texture_space(mesh, data, deformed)
+    add_attributes(scene, mesh, data)
+    problem = clean(mesh)
+    if problem:
+        scene.warnings.add("Mesh", data.name, problem)
+    return mesh if len(mesh.triangles) else None
+
+
+def add_attributes(scene, mesh: Mesh, data) -> None:
+    """Give `mesh` those of `scene.attribute_names` that `data` has and that it has not yet, and all UV maps."""
+    for layer in data.uv_layers:
+        index = scene.attribute_name(layer.name)
+        if mesh.attribute(index) is None:
+            values = _read(layer.uv, "vector", (len(layer.uv), 2), np.float32)
+            mesh.attributes.append(Attribute(index, DOMAIN_CORNER, values))
+        if layer.active_render and mesh.attribute(scene.attribute_name(names.UV)) is None:
+            values = mesh.attribute(index).values
+            mesh.attributes.append(Attribute(scene.attribute_name(names.UV), DOMAIN_CORNER, values))
+    for name, index in list(scene.attribute_names.items()):
+        if mesh.attribute(index) is None:
+            attribute = _find_attribute(mesh, data, name, index)
+            if attribute is not None:
+                mesh.attributes.append(attribute)
+
+
+def _find_attribute(mesh: Mesh, data, name: str, index: int) -> Attribute | None:
+    uv_map = names.tangent_uv(name)
+    if uv_map is not None:
+        return _tangents(mesh, data, uv_map, index)
+    if name == names.POINTINESS:
+        return Attribute(index, DOMAIN_POINT, pointiness(mesh, _edges(data), _vertex_normals(data)))
+    if name == names.ISLAND:
+        return Attribute(index, DOMAIN_POINT, islands(len(mesh.vertices), _edges(data)))
+    if name == names.COLOR:
+        name = data.attributes.default_color_name or data.attributes.active_color_name
+    found = data.attributes.get(name) if name and not name.startswith("\x00") else None
+    if found is None or found.domain not in DOMAINS:
+        return None
+    values = read_values(found)
+    return None if values is None else Attribute(index, DOMAINS[found.domain], values)
+
+
+def read_values(attribute) -> np.ndarray | None:
+    """All values of a bpy attribute as (n, components); colours are linear; None for types that are no numbers."""
+    if attribute.data_type == "BYTE_COLOR":
+        return _byte_colors(attribute.data)
+    if attribute.data_type not in LAYOUTS:
+        return None
+    field, dtype, components = LAYOUTS[attribute.data_type]
+    return _read(attribute.data, field, (len(attribute.data), components), dtype)
+
+
+def _read(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray:
+    result = np.empty(shape, dtype)
+    collection.foreach_get(field, result.reshape(-1))
+    return result
+
+
+def _byte_colors(elements) -> np.ndarray:
+    """sRGB bytes to linear floats. Blender converts one by one; where the bytes lie in one block they are read as such."""
+    count = len(elements)
+    if count == 0:
+        return np.zeros((0, 4), np.float32)
+    start = elements[0].as_pointer()
+    if elements[count - 1].as_pointer() != start + 4 * (count - 1):
+        return _read(elements, "color", (count, 4), np.float32)
+    encoded = np.ctypeslib.as_array(ctypes.cast(start, ctypes.POINTER(ctypes.c_uint8)), (count, 4))
+    result = _SRGB[encoded]
+    result[:, 3] = encoded[:, 3] * np.float32(1.0 / 255.0)
+    return result
+
+
+def _srgb_table() -> np.ndarray:
+    encoded = np.arange(256) / 255.0
+    return np.where(encoded < 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+_SRGB = _srgb_table()
+
+
+def _read_normals(mesh: Mesh, data, n_corners: int) -> None:
+    domain = data.normals_domain
+    if domain == "FACE":
+        return
+    if domain == "POINT":
+        mesh.normals = _vertex_normals(data)
+        mesh.normals_domain = DOMAIN_POINT
+    else:
+        mesh.normals = _read(data.corner_normals, "vector", (n_corners, 3), np.float32)
+        mesh.normals_domain = DOMAIN_CORNER
+    sharp = data.attributes.get("sharp_face")
+    if sharp is not None and sharp.domain == "FACE":
+        flat = _read(sharp.data, "value", (len(sharp.data),), bool)
+        if flat.any():
+            mesh.smooth = (~flat[mesh.polygons]).astype(np.uint8)
+
+
+def _vertex_normals(data) -> np.ndarray:
+    return _read(data.vertex_normals, "vector", (len(data.vertices), 3), np.float32)
+
+
+def _edges(data) -> np.ndarray:
+    return _read(data.attributes[".edge_verts"].data, "value", (len(data.edges), 2), np.int32)
+
+
+def _read_material_slots(mesh: Mesh, data) -> None:
+    slots = data.attributes.get("material_index")
+    if slots is not None and slots.domain == "FACE" and slots.data_type == "INT":
+        values = _read(slots.data, "value", (len(slots.data),), np.int32)
+        if values.any():
+            mesh.material_slots = values[mesh.polygons]
+
+
+def _read_texture_space(mesh: Mesh, data, deformed: bool) -> None:
+    """generated = (p - offset) * scale is 0 … 1 over the texture space; a direction without extent is 0.5 throughout."""
+    centre = np.array(data.texspace_location, np.float64)
+    size = np.array(data.texspace_size, np.float64)
+    scale = np.where(size != 0.0, 0.5 / np.where(size != 0.0, size, 1.0), 1e-12)
+    mesh.generated_offset = tuple(centre - 0.5 / scale)
+    mesh.generated_scale = tuple(scale)
+    if not deformed:
+        return
+    original = _read(data.vertices, "undeformed_co", (len(data.vertices), 3), np.float32)
+    extent = max(float(np.abs(size).max()), 1e-12)
+    if not np.allclose(original, mesh.vertices, rtol=0.0, atol=1e-5 * extent, equal_nan=True):
+        values = (original - np.array(mesh.generated_offset)) * scale
+        mesh.attributes.append(Attribute(_GENERATED, DOMAIN_POINT, values))
+
+
+_GENERATED = names.RESERVED.index(names.GENERATED)
+
+
+def _tangents(mesh: Mesh, data, uv_map: str, index: int) -> Attribute | None:
+    """MikkTSpace by Blender; where it refuses (faces of more than four corners), an average about each corner."""
+    layer = data.uv_layers.get(uv_map) if uv_map else next((x for x in data.uv_layers if x.active_render), None)
+    if layer is None:
+        return None
+    n_corners = len(data.loops)
+    try:
+        data.calc_tangents(uvmap=layer.name)
+    except RuntimeError:
+        uv = _read(layer.uv, "vector", (n_corners, 2), np.float32)
+        return Attribute(index, DOMAIN_CORNER, tangents_without_mikk(mesh, uv, n_corners))
+    values = np.empty((n_corners, 4), np.float32)
+    values[:, :3] = _read(data.loops, "tangent", (n_corners, 3), np.float32)
+    values[:, 3] = _read(data.loops, "bitangent_sign", (n_corners,), np.float32)
+    data.free_tangents()
+    return Attribute(index, DOMAIN_CORNER, values)
