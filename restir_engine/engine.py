@@ -16,7 +16,7 @@ from .settings import PASS_BY_NAME, PASSES
 
 log = logging.getLogger(__name__)
 
-STATUS_INTERVAL = 0.25  # seconds between two status lines of one stage
+STATUS_INTERVAL = 1.0 if bpy.app.background else 0.25  # seconds between two status lines of one stage
 FIRST_INTERVAL, LAST_INTERVAL = 0.05, 0.8  # seconds between pictures sent to the Image Editor: at the start, later
 
 
@@ -42,12 +42,13 @@ class RestirEngine(bpy.types.RenderEngine):
             fail(self, problem)
             return
         self.update_stats("", "Reading the scene")
+        self.settings = properties.render_settings(depsgraph.scene, depsgraph.view_layer)
         configure_cache()
         from .scene.errors import SceneError
-        from .sync.depsgraph import build_scene
 
-        self.settings = properties.render_settings(depsgraph.scene, depsgraph.view_layer)
         try:
+            from .sync.depsgraph import build_scene
+
             self.scene = build_scene(depsgraph, self.settings)
         except SceneError as error:
             fail(self, str(error))

@@ -1,0 +1,1 @@
+"""The demo scene and the command that renders it."""

@@ -1,0 +1,407 @@
+"""The demo scene: a still life on an oak table by candlelight and the light of a window.
+
+`build()` makes everything from the tables below through bpy: no file but one of Blender's own HDRIs. Lengths are
+metres; profiles are (radius, height) in centimetres.
+"""
+
+import math
+import random
+from pathlib import Path
+
+import bpy
+from mathutils import Vector, noise
+
+# Materials: inputs of Principled by name, and what varies over the surface: a pattern (see `PATTERNS`) with the
+# colours it runs through, its scale by axis, and the strength of the bump it gives.
+MATERIALS = {
+    "Oak": dict(
+        inputs={"Roughness": 0.42, "Coat Weight": 0.25, "Coat Roughness": 0.28},
+        pattern=("grain", ["1d0d06", "4a2511", "6e3d1c", "52290f"], (1.1, 11.0, 11.0), 0.10),
+    ),
+    "Plaster": dict(
+        inputs={"Roughness": 0.95},
+        pattern=("cloud", ["1b1713", "2b2620", "3a332a", "2b2620"], (2.2, 2.2, 2.2), 0.25),
+    ),
+    "Linen": dict(
+        inputs={"Roughness": 0.9, "Sheen Weight": 0.55, "Sheen Roughness": 0.35, "Sheen Tint": "f2e6d2"},
+        pattern=("weave", ["a89a84", "cfc3ae", "e2d8c6", "cfc3ae"], (330.0, 330.0, 330.0), 0.18),
+    ),
+    "Velvet": dict(
+        inputs={
+            "Base Color": "120a2c",
+            "Roughness": 0.85,
+            "Sheen Weight": 1.0,
+            "Sheen Roughness": 0.3,
+            "Sheen Tint": "8a7cf0",
+        }
+    ),
+    "Copper": dict(
+        inputs={"Metallic": 1.0, "Roughness": 0.22, "Specular Tint": "ffd9c2"},
+        pattern=("hammer", ["c8683c", "d9814f", "c8683c", "9a4a2c"], (42.0, 42.0, 42.0), 0.35),
+    ),
+    "Brass": dict(inputs={"Base Color": "d9a441", "Metallic": 1.0, "Roughness": 0.16}),
+    "Gold": dict(inputs={"Base Color": "f2bf55", "Metallic": 1.0, "Roughness": 0.25}),
+    "Glass": dict(inputs={"Base Color": "ffffff", "Roughness": 0.0, "IOR": 1.5, "Transmission Weight": 1.0}),
+    "Wine": dict(inputs={"Base Color": "6a0714", "Roughness": 0.0, "IOR": 1.34, "Transmission Weight": 1.0}),
+    "Celadon": dict(
+        inputs={"Roughness": 0.35, "Coat Weight": 1.0, "Coat Roughness": 0.04, "Coat IOR": 1.55},
+        pattern=("cloud", ["3f6f68", "6b9a8c", "8db7a5", "55857a"], (9.0, 9.0, 14.0), 0.02),
+    ),
+    "Lacquer": dict(
+        inputs={"Base Color": "8c0b0b", "Roughness": 0.45, "Coat Weight": 1.0, "Coat Roughness": 0.02, "Coat IOR": 1.6}
+    ),
+    "Orange": dict(
+        inputs={"Roughness": 0.38, "Specular IOR Level": 0.6},
+        pattern=("peel", ["d85a08", "e8740c", "f08a18", "e06a0a"], (260.0, 260.0, 260.0), 0.22),
+    ),
+    "Pear": dict(
+        inputs={"Roughness": 0.36, "Coat Weight": 0.3, "Coat Roughness": 0.2},
+        pattern=("cloud", ["7c8a1e", "b3a52c", "c8a838", "a8682a"], (26.0, 26.0, 9.0), 0.05),
+    ),
+    "Grape": dict(
+        inputs={"Coat Weight": 0.6, "Coat Roughness": 0.12, "Roughness": 0.5},
+        pattern=("cloud", ["12061a", "1e0a2a", "33204a", "4a3a66"], (60.0, 60.0, 60.0), 0.0),
+    ),
+    "Stem": dict(inputs={"Base Color": "3a2412", "Roughness": 0.8}),
+    "Wax": dict(inputs={"Base Color": "efe3c8", "Roughness": 0.4, "Coat Weight": 0.2}),
+    "Leather": dict(
+        inputs={"Roughness": 0.45, "Coat Weight": 0.15, "Coat Roughness": 0.3},
+        pattern=("peel", ["0c1f22", "12302f", "183c38", "0c2625"], (190.0, 190.0, 190.0), 0.35),
+    ),
+    "Paper": dict(
+        inputs={"Roughness": 0.9}, pattern=("pages", ["b8a47c", "d8c8a2", "e6d9b8", "c8b68c"], (2.0, 2.0, 900.0), 0.3)
+    ),
+    "Flame": dict(inputs={"Base Color": "000000", "Emission Color": "ffb259", "Emission Strength": 90.0}),
+    "Wick": dict(inputs={"Base Color": "0a0806", "Roughness": 0.9}),
+}
+
+# Patterns: texture node, its settings by input name.
+PATTERNS = {
+    "grain": ("ShaderNodeTexNoise", {"Scale": 4.0, "Detail": 9.0, "Roughness": 0.62, "Distortion": 0.7}),
+    "cloud": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 6.0, "Roughness": 0.6, "Distortion": 0.3}),
+    "weave": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 1.0, "Roughness": 0.5}),
+    "peel": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 2.0, "Roughness": 0.4}),
+    "pages": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 3.0, "Roughness": 0.7}),
+    "hammer": ("ShaderNodeTexVoronoi", {"Scale": 1.0, "Randomness": 0.8}),
+}
+
+# Turned objects: profile, material, place. A point written twice makes a sharp edge.
+VASE = [(0, 0), (4.6, 0), (4.6, 0), (5.2, 0.8), (8.6, 7), (9.6, 12.5), (7.6, 18.5), (3.6, 23), (2.9, 26), (4.3, 29.2)]
+VASE += [(4.0, 29.4), (2.5, 26), (3.0, 23), (7.0, 18.3), (9.0, 12.5), (4.5, 1.4), (0, 1.2)]
+GOBLET = [
+    (0, 0),
+    (3.7, 0),
+    (3.8, 0.25),
+    (1.2, 0.75),
+    (0.45, 1.6),
+    (0.4, 6),
+    (0.55, 8.4),
+    (2.5, 9.6),
+    (3.9, 12.4),
+    (4.1, 15.5),
+]
+GOBLET += [(3.35, 19.6), (3.2, 19.7), (3.1, 19.6), (3.85, 15.5), (3.65, 12.6), (2.3, 10.2), (0, 9.4)]
+WINE = [(0, 9.45), (2.28, 10.25), (3.62, 12.62), (3.8, 14.2), (3.8, 14.2), (0, 14.2)]
+BOWL = [
+    (0, 0),
+    (4.2, 0),
+    (4.2, 0),
+    (4.0, 0.9),
+    (4.0, 0.9),
+    (9.2, 3.6),
+    (12.4, 8.6),
+    (12.7, 8.7),
+    (12.5, 8.9),
+    (12.1, 8.8),
+]
+BOWL += [(8.8, 4.2), (3.5, 1.7), (0, 1.5)]
+STICK = [
+    (0, 0),
+    (5.6, 0),
+    (5.8, 0.5),
+    (5.2, 1.2),
+    (2.2, 1.8),
+    (1.2, 3.2),
+    (1.9, 4.4),
+    (1.0, 5.6),
+    (0.8, 8.8),
+    (1.6, 10.2),
+]
+STICK += [(0.9, 11.4), (1.3, 12.8), (3.3, 13.6), (3.4, 13.9), (1.5, 13.8), (1.4, 15.6), (1.2, 15.6), (0, 15.5)]
+CANDLE = [(0, 14.8), (1.12, 14.8), (1.12, 14.8), (1.14, 20), (1.1, 25.4), (0.95, 25.9), (0.6, 25.6), (0, 25.5)]
+FLAME = [(0, 26.3), (0.28, 26.6), (0.42, 27.2), (0.36, 28.2), (0.17, 29.4), (0.03, 30.4), (0, 30.6)]
+WICK = [(0, 25.3), (0.09, 25.3), (0.09, 26.9), (0, 27.0)]
+JAR = [
+    (0, 0),
+    (3.2, 0),
+    (3.2, 0),
+    (4.9, 2.2),
+    (5.2, 4.6),
+    (4.4, 7),
+    (4.4, 7),
+    (4.6, 7.1),
+    (4.6, 7.4),
+    (3.2, 8.6),
+    (0.8, 9.1),
+]
+JAR += [(0.6, 9.5), (1.0, 10.2), (0.6, 10.8), (0, 10.9)]
+PEAR = [(0, 0.3), (1.6, 0), (3.6, 1.8), (3.9, 4), (2.9, 6.6), (1.75, 8.8), (1.3, 10), (0.6, 10.5), (0, 10.2)]
+BERRY = [(0, -1), (0.72, -0.72), (1, 0), (0.72, 0.72), (0, 1)]
+
+TURNED = [  # name, profile, material, location, tilt, scale
+    ("Vase", VASE, "Celadon", (-0.135, 0.10, 0), (0, 0, 0), 1.0),
+    ("Goblet", GOBLET, "Glass", (0.165, -0.045, 0), (0, 0, 0), 1.0),
+    ("Wine", WINE, "Wine", (0.165, -0.045, 0), (0, 0, 0), 1.0),
+    ("Bowl", BOWL, "Copper", (0.015, 0.02, 0), (0, 0, 0), 1.0),
+    ("Candlestick", STICK, "Brass", (0.275, 0.12, 0), (0, 0, 0), 1.0),
+    ("Candle", CANDLE, "Wax", (0.275, 0.12, 0), (0, 0, 0), 1.0),
+    ("Flame", FLAME, "Flame", (0.275, 0.12, 0), (0, 0, 0), 1.0),
+    ("Wick", WICK, "Wick", (0.275, 0.12, 0), (0, 0, 0), 1.0),
+    ("Jar", JAR, "Lacquer", (-0.245, -0.045, 0.043), (0, 0, 0.3), 0.85),
+    ("Pear", PEAR, "Pear", (-0.105, -0.135, 0.0), (0, 0, 0.4), 0.95),
+    ("Lying pear", PEAR, "Pear", (-0.005, -0.150, 0.035), (math.radians(97), 0, math.radians(140)), 0.9),
+    ("Orange", BERRY, "Orange", (-0.030, 0.045, 0.083), (0.3, 0.2, 0), 3.9),
+    ("Orange behind", BERRY, "Orange", (0.045, 0.070, 0.085), (1.3, 0.2, 0), 3.8),
+    ("Orange on top", BERRY, "Orange", (0.012, 0.052, 0.140), (0.9, 1.2, 0), 3.7),
+    ("Orange on table", BERRY, "Orange", (0.105, -0.165, 0.037), (2.0, 0.4, 0), 3.7),
+]
+
+
+def build(width: int = 960, height: int = 640) -> bpy.types.Scene:
+    """Replace the open file by the still life and return its scene."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    materials = {name: material(name, **spec) for name, spec in MATERIALS.items()}
+    for name, profile, kind, location, rotation, scale in TURNED:
+        turned(name, profile, materials[kind], location, rotation, scale)
+    table(materials)
+    linen(materials["Linen"])
+    book(materials)
+    grapes(materials)
+    stems(materials["Stem"])
+    window_light(scene)
+    camera(scene)
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
+    scene.view_settings.view_transform = "AgX"
+    scene.view_settings.look = "AgX - Medium High Contrast"
+    scene.view_settings.exposure = 0.0
+    return scene
+
+
+def rgba(code: str) -> tuple[float, float, float, float]:
+    """Scene-linear colour of an sRGB hex code."""
+    channels = [int(code[i : i + 2], 16) / 255 for i in (0, 2, 4)]
+    return (*[c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels], 1.0)
+
+
+def material(name: str, inputs: dict, pattern: tuple | None = None) -> bpy.types.Material:
+    """A Principled material from one row of `MATERIALS`."""
+    result = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0, 0):
+        result.use_nodes = True
+    nodes, links = result.node_tree.nodes, result.node_tree.links
+    principled = next(node for node in nodes if node.bl_idname == "ShaderNodeBsdfPrincipled")
+    for key, value in inputs.items():
+        principled.inputs[key].default_value = rgba(value) if isinstance(value, str) else value
+    if pattern is None:
+        return result
+    kind, colours, scale, strength = pattern
+    coordinates, mapping = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMapping")
+    texture, ramp = nodes.new(PATTERNS[kind][0]), nodes.new("ShaderNodeValToRGB")
+    mapping.inputs["Scale"].default_value = scale
+    for key, value in PATTERNS[kind][1].items():
+        texture.inputs[key].default_value = value
+    for i, colour in enumerate(colours):
+        position = 0.28 + 0.44 * i / (len(colours) - 1)
+        element = ramp.color_ramp.elements[i] if i < 2 else ramp.color_ramp.elements.new(position)
+        element.position, element.color = position, rgba(colour)
+    links.new(coordinates.outputs["Object"], mapping.inputs["Vector"])
+    links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
+    links.new(texture.outputs[0], ramp.inputs["Fac"])
+    links.new(ramp.outputs["Color"], principled.inputs["Base Color"])
+    if strength:
+        bump = nodes.new("ShaderNodeBump")
+        bump.inputs["Strength"].default_value, bump.inputs["Distance"].default_value = strength, 0.002
+        links.new(texture.outputs[0], bump.inputs["Height"])
+        links.new(bump.outputs["Normal"], principled.inputs["Normal"])
+    return result
+
+
+def mesh_object(name, vertices, edges, faces, surface, location=(0, 0, 0), rotation=(0, 0, 0)) -> bpy.types.Object:
+    """A smooth object of the scene from lists of vertices, edges and faces."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(vertices, edges, faces)
+    mesh.materials.append(surface)
+    mesh.shade_smooth()
+    result = bpy.data.objects.new(name, mesh)
+    result.location, result.rotation_euler = location, rotation
+    bpy.context.scene.collection.objects.link(result)
+    return result
+
+
+def turned(name, profile, surface, location, rotation=(0, 0, 0), scale=1.0) -> bpy.types.Object:
+    """A profile turned about the vertical axis and smoothed."""
+    points = [(scale * 0.01 * r, 0.0, scale * 0.01 * z) for r, z in profile]
+    edges = [(i, i + 1) for i in range(len(points) - 1)]
+    result = mesh_object(name, points, edges, [], surface, location, rotation)
+    screw = result.modifiers.new("Turn", "SCREW")
+    screw.steps = screw.render_steps = 24
+    screw.use_merge_vertices, screw.use_smooth_shade, screw.use_normal_calculate = True, True, True
+    smooth = result.modifiers.new("Smooth", "SUBSURF")
+    smooth.levels = smooth.render_levels = 3
+    return result
+
+
+def box(name, size, surface, location, rotation=(0, 0, 0), bevel=0.002) -> bpy.types.Object:
+    """A box with rounded edges, its centre at `location`."""
+    x, y, z = (0.5 * s for s in size)
+    corners = [(i, j, k) for i in (-x, x) for j in (-y, y) for k in (-z, z)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    result = mesh_object(name, corners, [], faces, surface, location, rotation)
+    rounding = result.modifiers.new("Rounding", "BEVEL")
+    rounding.width, rounding.segments = bevel, 4
+    return result
+
+
+def table(materials: dict) -> None:
+    """Five oak boards and the wall behind them."""
+    for i in range(5):
+        y = -0.17 + 0.142 * i
+        board = box(f"Board {i}", (2.4, 0.14, 0.035), materials["Oak"], (0.13 * (i % 3) - 0.1, y, -0.0175), bevel=0.003)
+        board.rotation_euler.x = math.pi * (i % 2)
+    wall = [(-2.5, 0.0, -1.0), (2.5, 0.0, -1.0), (2.5, 0.0, 2.0), (-2.5, 0.0, 2.0)]
+    mesh_object("Wall", wall, [], [(0, 1, 2, 3)], materials["Plaster"], (0, 0.75, 0))
+
+
+def linen(surface) -> None:
+    """A cloth that lies in folds on the table and hangs over its front edge."""
+    columns, rows, edge, radius = 150, 220, -0.235, 0.012
+    vertices = []
+    for j in range(rows + 1):
+        for i in range(columns + 1):
+            x, along = -0.36 + 0.33 * i / columns, 0.20 - 0.46 * j / rows
+            fall = max(0.0, edge + 0.01 - along)
+            turn = min(fall / radius, 0.5 * math.pi)
+            drop = max(0.0, fall - 0.5 * math.pi * radius)
+            ripple = noise.noise(Vector((9.0 * x, 7.0 * along, 1.0))) + 0.5 * noise.noise(
+                Vector((22.0 * x, 16.0 * along, 5.0))
+            )
+            fold = (0.35 + 7.0 * drop) * math.sin(46.0 * x + 2.2 * ripple + 5.0 * along)
+            lift = 0.0035 * max(0.0, 1.0 + ripple) + 0.0018
+            y = (
+                max(along, edge + 0.01)
+                - radius * math.sin(turn)
+                - 0.012 * fold * math.sin(turn)
+                - 0.004 * math.sin(turn)
+            )
+            z = lift * math.cos(turn) - radius * (1.0 - math.cos(turn)) - drop + 0.002
+            vertices.append((x + 0.02 * noise.noise(Vector((3.0 * x, 5.0 * along, 9.0))), y, z))
+    step = columns + 1
+    faces = [
+        (j * step + i, j * step + i + 1, (j + 1) * step + i + 1, (j + 1) * step + i)
+        for j in range(rows)
+        for i in range(columns)
+    ]
+    cloth = mesh_object("Linen", vertices, [], faces, surface)
+    thickness = cloth.modifiers.new("Thickness", "SOLIDIFY")
+    thickness.thickness, thickness.offset = 0.0012, 1.0
+
+
+def book(materials: dict) -> None:
+    """A book bound in leather, its title in gold."""
+    frame = bpy.data.objects.new("Book", None)
+    frame.location, frame.rotation_euler = (-0.245, -0.045, 0.003), (0, 0, math.radians(-14))
+    bpy.context.scene.collection.objects.link(frame)
+    parts = [
+        box("Lower cover", (0.20, 0.15, 0.003), materials["Leather"], (0, 0, 0.0035), bevel=0.001),
+        box("Upper cover", (0.20, 0.15, 0.003), materials["Leather"], (0, 0, 0.0385), bevel=0.001),
+        box("Spine", (0.20, 0.004, 0.038), materials["Leather"], (0, -0.074, 0.021), bevel=0.0018),
+        box("Pages", (0.193, 0.142, 0.0325), materials["Paper"], (0, 0.0, 0.021), bevel=0.0006),
+    ]
+    text = bpy.data.curves.new("Title", "FONT")
+    text.body, text.size, text.extrude, text.align_x, text.align_y = "ReSTIR", 0.026, 0.0003, "CENTER", "CENTER"
+    text.space_character = 1.15
+    text.materials.append(materials["Gold"])
+    title = bpy.data.objects.new("Title", text)
+    title.location, title.rotation_euler = (0, -0.0763, 0.0205), (math.radians(90), 0, 0)
+    bpy.context.scene.collection.objects.link(title)
+    for x in (-0.085, -0.078, 0.078, 0.085):
+        parts.append(box("Band", (0.0016, 0.0012, 0.0385), materials["Gold"], (x, -0.0757, 0.021), bevel=0.0003))
+    for part in (*parts, title):
+        part.parent = frame
+
+
+def grapes(materials: dict) -> None:
+    """A bunch that hangs over the rim of the bowl: every grape shares one mesh."""
+    dice = random.Random(5)
+    first = turned("Grape", BERRY, materials["Grape"], (0, 0, 0), scale=1.0)
+    places: list[Vector] = []
+    while len(places) < 44:
+        along = dice.random()
+        centre = Vector((0.070, -0.010, 0.108)).lerp(Vector((0.150, -0.085, 0.012)), along)
+        centre.z += 0.035 * math.sin(math.pi * along)
+        spread = 0.036 * (1.0 - 0.6 * along)
+        place = centre + Vector(dice.gauss(0.0, 0.5) * spread for _ in range(3))
+        clear_of_bowl = math.hypot(place.x - 0.015, place.y - 0.02) > 0.137 or place.z > 0.098
+        if place.z > 0.0095 and clear_of_bowl and all((place - other).length > 0.0165 for other in places):
+            places.append(place)
+    for i, place in enumerate(places):
+        grape = first if i == 0 else bpy.data.objects.new("Grape", first.data)
+        if i:
+            bpy.context.scene.collection.objects.link(grape)
+            for modifier in first.modifiers:
+                copy = grape.modifiers.new(modifier.name, modifier.type)
+                for key in ("steps", "render_steps", "use_merge_vertices", "levels", "render_levels"):
+                    if hasattr(modifier, key):
+                        setattr(copy, key, getattr(modifier, key))
+        grape.location, grape.rotation_euler = place, [dice.uniform(0, 6) for _ in range(3)]
+        grape.scale = (dice.uniform(0.86, 1.0),) * 3
+
+
+def stems(surface) -> None:
+    """The stems of the pears, as curves."""
+    for name, points in {
+        "Stem": [(-0.105, -0.135, 0.096), (-0.103, -0.136, 0.106), (-0.097, -0.139, 0.116)],
+        "Lying stem": [(0.056, -0.088, 0.024), (0.066, -0.080, 0.026), (0.072, -0.070, 0.031)],
+    }.items():
+        curve = bpy.data.curves.new(name, "CURVE")
+        curve.dimensions, curve.bevel_depth, curve.bevel_resolution = "3D", 0.0013, 3
+        spline = curve.splines.new("NURBS")
+        spline.points.add(len(points) - 1)
+        for point, place in zip(spline.points, points, strict=True):
+            point.co = (*place, 1.0)
+        spline.use_endpoint_u = True
+        curve.materials.append(surface)
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new(name, curve))
+
+
+def window_light(scene: bpy.types.Scene) -> None:
+    """One of Blender's own HDRIs, turned so that its bright side comes from the left."""
+    world = scene.world = bpy.data.worlds.new("Interior")
+    if bpy.app.version < (5, 0, 0):
+        world.use_nodes = True
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    background = next(node for node in nodes if node.bl_idname == "ShaderNodeBackground")
+    coordinates, mapping = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMapping")
+    environment = nodes.new("ShaderNodeTexEnvironment")
+    folder = Path(bpy.utils.system_resource("DATAFILES")) / "studiolights" / "world"
+    environment.image = bpy.data.images.load(str(folder / "interior.exr"))
+    mapping.inputs["Rotation"].default_value = (0.0, 0.0, math.radians(HDRI_TURN))
+    background.inputs["Strength"].default_value = HDRI_STRENGTH
+    links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
+    links.new(mapping.outputs["Vector"], environment.inputs["Vector"])
+    links.new(environment.outputs["Color"], background.inputs["Color"])
+
+
+HDRI_TURN, HDRI_STRENGTH = 0.0, 1.0
+
+
+def camera(scene: bpy.types.Scene) -> None:
+    """A 70 mm lens a little above the table, focused on the bowl."""
+    data = bpy.data.cameras.new("Camera")
+    data.lens, data.dof.use_dof, data.dof.aperture_fstop, data.dof.aperture_blades = 70.0, True, 4.0, 7
+    result = scene.camera = bpy.data.objects.new("Camera", data)
+    scene.collection.objects.link(result)
+    eye, target = Vector((0.05, -1.42, 0.42)), Vector((0.015, 0.0, 0.098))
+    result.location, result.rotation_euler = eye, (target - eye).to_track_quat("-Z", "Y").to_euler()
+    data.dof.focus_distance = (Vector((0.03, -0.10, 0.06)) - eye).length

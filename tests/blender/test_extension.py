@@ -1,0 +1,170 @@
+"""The checkout enabled as an installed extension: registers, renders, refuses with a sentence, leaves nothing."""
+
+import sys
+from pathlib import Path
+
+import addon_utils
+import bpy
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+NAME = "bl_ext.user_default.restir_engine"
+
+
+@pytest.fixture(scope="module")
+def repository(tmp_path_factory):
+    """A repository of extensions that holds a link to the checkout."""
+    folder = tmp_path_factory.mktemp("extensions")
+    (folder / "restir_engine").symlink_to(ROOT, target_is_directory=True)
+    return folder
+
+
+@pytest.fixture
+def extension(repository):
+    """The extension, enabled in a fresh file; disabled afterwards."""
+    engine = sys.modules.get("restir_engine.engine")
+    if engine is not None:
+        engine.unregister()  # another test's, under the package's own name
+    bpy.ops.wm.read_factory_settings()
+    user = next(r for r in bpy.context.preferences.extensions.repos if r.module == "user_default")
+    user.use_custom_directory, user.custom_directory = True, str(repository)
+    addon_utils.modules_refresh()
+    assert addon_utils.enable(NAME, default_set=True) is not None
+    bpy.context.scene.render.engine = "RESTIR"
+    yield sys.modules[NAME]
+    addon_utils.disable(NAME, default_set=True)
+
+
+def traces() -> list[str]:
+    """What the extension has added to Blender, by name."""
+    handlers = [
+        f"{name}: {handler.__name__}"
+        for name in dir(bpy.app.handlers)
+        if isinstance(getattr(bpy.app.handlers, name), list)
+        for handler in getattr(bpy.app.handlers, name)
+        if "restir" in handler.__module__
+    ]
+    classes = [
+        f"class {cls.__name__}"
+        for base in (bpy.types.Panel, bpy.types.Operator, bpy.types.PropertyGroup, bpy.types.RenderEngine)
+        for cls in base.__subclasses__()
+        if "restir" in cls.__module__ and getattr(cls, "is_registered", False)
+    ]
+    properties = [f"{cls.__name__}.restir" for cls in (bpy.types.Scene, bpy.types.ViewLayer) if hasattr(cls, "restir")]
+    panels = [p.__name__ for p in bpy.types.Panel.__subclasses__() if "RESTIR" in getattr(p, "COMPAT_ENGINES", ())]
+    registered = [panel for panel in panels if hasattr(bpy.types, panel)]
+    return handlers + classes + properties + registered
+
+
+def test_enable_and_disable_leave_nothing_behind(extension):
+    assert len(traces()) > 20
+    addon_utils.disable(NAME, default_set=True)
+    assert traces() == []
+    assert addon_utils.enable(NAME, default_set=True) is not None
+
+
+def test_register_twice_changes_nothing(extension):
+    before = sorted(traces())
+    extension.register()
+    assert sorted(traces()) == before
+    extension.unregister()
+    extension.unregister()
+    assert traces() == []
+    extension.register()
+    assert sorted(traces()) == before
+
+
+def test_enabling_imports_no_numba(extension):
+    """In a process of its own, since this one may have imported it."""
+    import subprocess
+
+    script = f"""
+import os, sys, bpy, addon_utils
+user = next(r for r in bpy.context.preferences.extensions.repos if r.module == "user_default")
+user.use_custom_directory, user.custom_directory = True, {str(user_folder())!r}
+addon_utils.modules_refresh()
+addon_utils.enable({NAME!r}, default_set=True)
+bpy.context.scene.render.engine = "RESTIR"
+print("numba" in sys.modules, "llvmlite" in sys.modules)
+sys.stdout.flush()
+os._exit(0)
+"""
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert result.stdout.split()[-2:] == ["False", "False"], result.stdout + result.stderr
+
+
+def user_folder() -> str:
+    """The folder of the user's repository of extensions."""
+    return next(r for r in bpy.context.preferences.extensions.repos if r.module == "user_default").directory
+
+
+def test_opening_another_file_keeps_the_handlers(extension, tmp_path):
+    path = tmp_path / "other.blend"
+    bpy.context.scene.restir.samples = 7
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    before = sorted(traces())
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    assert sorted(traces()) == before
+    assert bpy.context.scene.restir.samples == 7
+    assert bpy.context.scene.render.engine == "RESTIR"
+
+
+def test_settings_come_from_cycles_before_the_first_render(extension):
+    scene = bpy.context.scene
+    scene.cycles.diffuse_bounces, scene.cycles.sample_clamp_indirect, scene.cycles.filter_width = 3, 5.0, 2.0
+    scene.restir.glossy_bounces = 1
+    scene.cycles.glossy_bounces = 9
+    scene.camera = None
+    with pytest.raises(RuntimeError, match="camera"):
+        bpy.ops.render.render()
+    own = scene.restir
+    assert (own.diffuse_bounces, own.clamp_indirect, own.filter_width) == (3, 5.0, 2.0)
+    assert own.glossy_bounces == 1  # set by the artist already
+    bpy.ops.restir.settings_from_cycles()
+    assert own.glossy_bounces == 9
+
+
+def test_button_lists_what_has_no_counterpart(extension):
+    scene = bpy.context.scene
+    scene.render.use_motion_blur = True
+    scene.cycles.samples = 4096
+    bpy.context.view_layer.use_pass_mist = True
+    bpy.ops.restir.settings_from_cycles()
+    log = sys.modules[NAME + ".restir_engine.warning_log"]
+    text = "\n".join(log.lines(scene.name))
+    assert "motion blur" in text and "Mist" in text and "adaptive sampling" in text
+    assert scene.restir.samples == 1024
+
+
+def test_diagnostics_name_versions(extension):
+    text = sys.modules[NAME + ".operators.maintenance"].diagnostics(bpy.context.scene)
+    assert bpy.app.version_string in text and "numba" in text
+
+
+def test_renders_the_default_scene(extension):
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y, scene.restir.samples = 32, 24, 2
+    bpy.ops.render.render()
+    pixels = combined()
+    assert pixels.shape == (24, 32, 4)
+    assert np.isfinite(pixels).all() and pixels[..., :3].mean() > 0.01
+
+
+def combined() -> np.ndarray:
+    """The Combined pass of the last render, (height, width, 4)."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "render.exr"
+        settings = bpy.context.scene.render.image_settings
+        if hasattr(settings, "media_type"):
+            settings.media_type = "IMAGE"
+        settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGBA"
+        bpy.data.images["Render Result"].save_render(str(path))
+        image = bpy.data.images.load(str(path))
+        pixels = np.zeros(len(image.pixels), np.float32)
+        image.pixels.foreach_get(pixels)
+        width, height = image.size
+        bpy.data.images.remove(image)
+    return pixels.reshape(height, width, 4)
