@@ -396,6 +396,7 @@ emitter_at = record_at(EMITTER)
 emitter_group_at = record_at(EMITTER_GROUP)
 world_table_at = record_at(WORLD_TABLE)
 path_at = record_at(PATH)
+camera_at = record_at(CAMERA)
 
 # Working memory of one tile call: one block, owned by the session, 64-byte aligned ---------------------------------
 
