@@ -132,8 +132,7 @@ def clean(mesh: Mesh) -> str:
     keep = None
     if len(mesh.triangles) and int(mesh.triangles.max()) >= len(mesh.vertices):
         keep = (mesh.triangles < len(mesh.vertices)).all(axis=1)
-    # A sum is finite if all its terms are (and no larger than single precision holds), and is one fast pass.
-    if not np.isfinite(mesh.vertices.sum(dtype=np.float64)):
+    if not _all_finite(mesh.vertices):
         good = np.isfinite(mesh.vertices).all(axis=1)
         mesh.vertices[~good] = 0.0
         inside = good[np.minimum(mesh.triangles, len(good) - 1)].all(axis=1)
@@ -148,6 +147,13 @@ def clean(mesh: Mesh) -> str:
     return f"{dropped} triangles with invalid vertices (not finite, or not there) are left out"
 
 
+def _all_finite(values: np.ndarray) -> bool:
+    # A sum of squares is finite only if all its terms are, and is one fast pass; it may overflow without that.
+    flat = values.reshape(-1)
+    with np.errstate(all="ignore"):
+        return bool(np.isfinite(flat @ flat)) or bool(np.isfinite(flat).all())
+
+
 def _finite(values: np.ndarray) -> None:
-    if not np.isfinite(values.sum(dtype=np.float64)):
+    if not _all_finite(values):
         np.nan_to_num(values, copy=False, nan=0.0, posinf=0.0, neginf=0.0)

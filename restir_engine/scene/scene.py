@@ -25,6 +25,7 @@ class Scene:
         self.meshes: list[Mesh] = []
         self.instances = np.zeros(0, rec.INSTANCE)
         self.material_slots = np.zeros(0, np.int32)
+        self.instance_attributes: list = []  # what the instances' attribute tables need to stay alive
         self.shaders = ShaderTable()
         self.images = ImageTable()
         self.lights = LightTable()

@@ -7,6 +7,7 @@ import numpy as np
 from ..scene.camera import Camera
 from ..scene.errors import SceneError
 
+
 def sync_camera(depsgraph, warnings, camera_object=None) -> Camera:
     """The camera of an evaluated depsgraph's scene (or another camera object) with the frame of the render settings."""
     scene = depsgraph.scene

@@ -45,9 +45,7 @@ def read_mesh(scene, data, deformed: bool = True) -> Mesh | None:
     corners = _read(data.loop_triangles, "loops", (count, 3), np.uint32)
     polygons = _read(data.loop_triangle_polygons, "value", (count,), np.int32)
     corner_vertices = _read(data.attributes[".corner_vert"].data, "value", (n_corners,), np.int32)
-    mesh = Mesh(
-        vertices, corner_vertices.view(np.uint32)[corners], name=data.name, corners=corners, polygons=polygons
-    )
+    mesh = Mesh(vertices, corner_vertices.view(np.uint32)[corners], name=data.name, corners=corners, polygons=polygons)
     _read_normals(mesh, data, n_corners)
     _read_material_slots(mesh, data)
     _read_texture_space(mesh, data, deformed)

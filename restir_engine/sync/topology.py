@@ -24,13 +24,13 @@ def pointiness(mesh: Mesh, edges: np.ndarray, normals: np.ndarray) -> np.ndarray
     Points at the same place count as one.
     """
     points = mesh.vertices
-    _, first, merged = np.unique(points, axis=0, return_index=True, return_inverse=True)
-    merged = merged.reshape(-1)
+    _, first, merged = np.unique(_place_keys(points), return_index=True, return_inverse=True)
     count = len(first)
     normal = np.stack([np.bincount(merged, normals[:, axis], count) for axis in range(3)], axis=1)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
-    pairs = np.unique(np.sort(merged[edges], axis=1), axis=0)
-    a, b = pairs[pairs[:, 0] != pairs[:, 1]].T
+    ends = np.sort(merged[edges], axis=1)
+    a, b = np.divmod(np.unique(ends[:, 0] * count + ends[:, 1]), count)
+    a, b = a[a != b], b[a != b]
     along = points[first[b]].astype(np.float64) - points[first[a]]
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-30)
     degree = np.bincount(a, minlength=count) + np.bincount(b, minlength=count)
@@ -39,6 +39,14 @@ def pointiness(mesh: Mesh, edges: np.ndarray, normals: np.ndarray) -> np.ndarray
     raw = np.where(degree > 0, np.arccos(np.clip((normal * mean).sum(axis=1), -1.0, 1.0)) / np.pi, 0.0)
     blurred = (raw + np.bincount(a, raw[b], count) + np.bincount(b, raw[a], count)) / (degree + 1)
     return blurred[merged]
+
+
+def _place_keys(points: np.ndarray) -> np.ndarray:
+    """A 64-bit hash for each place; equal places have equal keys, and -0 is 0."""
+    bits = (points + np.float32(0.0)).view(np.uint32).astype(np.uint64)
+    keys = bits[:, 0] * np.uint64(0x9E3779B97F4A7C15) + bits[:, 1]
+    keys = (keys ^ (keys >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9) + bits[:, 2]
+    return (keys ^ (keys >> np.uint64(32))) * np.uint64(0x94D049BB133111EB)
 
 
 def tangents_without_mikk(mesh: Mesh, uv: np.ndarray, n_corners: int) -> np.ndarray:

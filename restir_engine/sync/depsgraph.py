@@ -1,0 +1,224 @@
+"""An evaluated depsgraph → `Scene`: one pass over everything that it instances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..kernels.memory import address
+from ..kernels.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER
+from ..scene import names
+from ..scene.instances import build_instances, usable
+from ..scene.mesh import Attribute, Mesh, attribute_table
+from ..scene.scene import Scene
+from .camera import sync_camera
+from .curves import mesh_of
+from .hashing import hash_uint2, to_unit
+from .lights import sync_light
+from .materials import Materials
+from .mesh import add_attributes, read_mesh
+from .objects import instance_flags, name_random, property_value, ray_visibility
+from .world import sync_world
+
+
+def build_scene(depsgraph, settings) -> Scene:
+    """Everything that `depsgraph` shows, committed and ready to render.
+
+    Raises SceneError where no picture can come of it.
+    """
+    scene = Scene()
+    scene.camera = sync_camera(depsgraph, scene.warnings)
+    reader = _Reader(scene, depsgraph, settings)
+    reader.read()
+    sync_world(scene, depsgraph, reader.materials)
+    scene.commit()
+    return scene
+
+
+@dataclass
+class _Placed:
+    """What all instances of one object under one instancer have in common; mesh -1: nothing to render."""
+
+    mesh: int
+    materials: int = 0
+    n_materials: int = 0
+    visibility: int = 0
+    flags: int = 0
+    object_index: int = 0
+    random: float = 0.0
+    color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
+    particles: bool = False
+    attributes: tuple[int, int] = (0, 0)  # address and count
+
+
+class _Reader:
+    """One walk over the instances of a depsgraph."""
+
+    def __init__(self, scene: Scene, depsgraph, settings) -> None:
+        self.scene = scene
+        self.depsgraph = depsgraph
+        self.settings = settings
+        self.view_layer = depsgraph.view_layer
+        self.override = depsgraph.view_layer_eval.material_override
+        self.materials = Materials(scene)
+        self._placed: list[_Placed] = [_Placed(-1)]
+        self._by_key: dict[tuple[int, ...], int] = {}
+        self._meshes: dict[int, tuple[int, int]] = {}  # datablock → index, number of names known when it was read
+        self._slots: dict[tuple[int, ...], int] = {}
+        self._slot_values: list[int] = []
+
+    def read(self) -> None:
+        """Fill meshes, instances, material slots and lights of the scene."""
+        placed, particle = [], []
+        for instance in self.depsgraph.object_instances:
+            index = self._visit(instance)
+            placed.append(index)
+            wanted = self._placed[index].particles
+            particle.append(float(to_unit(hash_uint2(instance.persistent_id[0], 0))) if wanted else 0.0)
+        self.scene.material_slots = np.array(self._slot_values, np.int32)
+        self._build(np.array(placed, np.int64), np.array(particle))
+
+    def _visit(self, instance) -> int:
+        """The number of the `_Placed` that this instance belongs to, 0 where nothing is rendered of it as a surface."""
+        item = instance.object
+        data = item.data
+        if data is None or not instance.show_self:
+            return 0
+        if item.type == "LIGHT":
+            sync_light(self.scene, instance, self.materials, ray_visibility(instance, self.view_layer))
+            return 0
+        key = (item.as_pointer(), data.as_pointer())
+        if instance.is_instance:
+            # `object` is then a temporary that serves for every instance in turn.
+            owner, parent = instance.instance_object, instance.parent
+            key = (owner.as_pointer() if owner else 0, data.as_pointer(), parent.as_pointer() if parent else 0)
+        index = self._by_key.get(key)
+        if index is None:
+            placed = self._place(instance, item, data)
+            index = 0
+            if placed is not None:
+                index = len(self._placed)
+                self._placed.append(placed)
+            self._by_key[key] = index
+        return index
+
+    def _place(self, instance, item, data) -> _Placed | None:
+        visibility = ray_visibility(instance, self.view_layer)
+        if not visibility:
+            return None
+        materials = self._material_indices(item, data)
+        mesh = self._mesh(item, data)
+        if mesh < 0:
+            return None
+        flags = instance_flags(instance, self.view_layer)
+        if flags & INSTANCE_SHADOW_CATCHER:
+            self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")
+        return _Placed(
+            mesh=mesh,
+            materials=self._slot_start(materials),
+            n_materials=len(materials),
+            visibility=visibility,
+            flags=flags,
+            object_index=item.pass_index,
+            random=name_random(item.name),
+            color=tuple(item.color),
+            particles=instance.is_instance and instance.particle_system is not None,
+            attributes=self._properties(instance),
+        )
+
+    def _material_indices(self, item, data) -> tuple[int, ...]:
+        materials = [slot.material for slot in item.material_slots] or list(getattr(data, "materials", ()))
+        if self.override is not None:
+            materials = [self.override] * max(len(materials), 1)
+        return tuple(self.materials.index(material) for material in materials or [None])
+
+    def _slot_start(self, materials: tuple[int, ...]) -> int:
+        start = self._slots.get(materials)
+        if start is None:
+            start = self._slots[materials] = len(self._slot_values)
+            self._slot_values.extend(materials)
+        return start
+
+    def _mesh(self, item, data) -> int:
+        """The index of the mesh of an object, read at first sight; -1: there is none.
+
+        Call when the programs of the object's materials are compiled: they name the attributes that are read.
+        """
+        key = data.as_pointer()
+        known = len(self.scene.attribute_names)
+        index, seen = self._meshes.get(key, (-2, 0))
+        if index == -2:
+            with mesh_of(item, data, self.depsgraph, self.scene.warnings) as source:
+                mesh = None if source is None else read_mesh(self.scene, source, _is_deformed(item, source))
+            index = -1
+            if mesh is not None:
+                index = len(self.scene.meshes)
+                self.scene.meshes.append(mesh)
+        elif index >= 0 and seen < known:
+            with mesh_of(item, data, self.depsgraph, self.scene.warnings) as source:
+                add_attributes(self.scene, self.scene.meshes[index], source)
+        self._meshes[key] = (index, len(self.scene.attribute_names))
+        return index
+
+    def _properties(self, instance) -> tuple[int, int]:
+        """Address and length of the table of the properties that Attribute nodes ask objects for."""
+        found = []
+        for name, index in self.scene.attribute_names.items():
+            asked = names.split_object_property(name)
+            if asked:
+                value = property_value(*asked, instance, self.depsgraph.scene, self.view_layer)
+                if value is not None:
+                    found.append(Attribute(index, DOMAIN_MESH, np.array([value])))
+        if not found:
+            return 0, 0
+        table = attribute_table(found)
+        self.scene.instance_attributes.append((table, found))
+        return address(table), len(table)
+
+    def _build(self, placed: np.ndarray, particle: np.ndarray) -> None:
+        instances = self.depsgraph.object_instances
+        count = len(placed)
+        matrices = _column(instances, "matrix_world", (count, 4, 4), np.float32)
+        # Blender's arrays are column-major.
+        matrices = matrices.transpose(0, 2, 1)[:, :3].reshape(count, 12).astype(np.float64)
+        chosen = np.flatnonzero((placed > 0) & usable(matrices))
+        common = [self._placed[i] for i in range(len(self._placed))]
+        which = placed[chosen]
+
+        def of_object(field: str) -> np.ndarray:
+            return np.array([getattr(item, field) for item in common])[which]
+
+        is_instance = _column(instances, "is_instance", (count,), bool)[chosen]
+        random_id = _column(instances, "random_id", (count,), np.int32)[chosen]
+        orco = _column(instances, "orco", (count, 3), np.float32)[chosen]
+        uv = _column(instances, "uv", (count, 2), np.float32)[chosen]
+        attributes = of_object("attributes")
+        self.scene.instances = build_instances(
+            matrices[chosen],
+            of_object("mesh"),
+            random=np.where(is_instance, to_unit(random_id.view(np.uint32)), of_object("random")),
+            dupli_generated=np.where(is_instance[:, None], 0.5 * orco - 0.5, 0.0),
+            dupli_uv=np.where(is_instance[:, None], uv, 0.0),
+            particle=particle[chosen],
+            attributes=attributes[:, 0],
+            n_attributes=attributes[:, 1],
+            **{
+                field: of_object(field)
+                for field in ("materials", "n_materials", "visibility", "flags", "object_index", "color")
+            },
+        )
+
+
+def _column(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray:
+    result = np.empty(shape, dtype)
+    collection.foreach_get(field, result.reshape(-1))
+    return result
+
+
+def _is_deformed(item, data) -> bool:
+    return isinstance(item.data, bpy.types.Mesh) and (len(item.modifiers) > 0 or data.shape_keys is not None)
+
+
+__all__ = ["Mesh", "build_scene"]

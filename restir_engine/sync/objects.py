@@ -1,0 +1,88 @@
+"""What an object says about itself whatever its type: which rays see it, random number, custom properties."""
+
+from functools import cache
+
+from ..kernels.records import (
+    INSTANCE_HOLDOUT,
+    INSTANCE_SHADOW_CATCHER,
+    RAY_CAMERA,
+    RAY_DIFFUSE,
+    RAY_GLOSSY,
+    RAY_SHADOW,
+    RAY_TRANSMIT,
+    RAY_VOLUME,
+)
+from .hashing import hash_string, hash_uint2, to_unit
+
+RAY_VISIBILITY = {
+    "visible_camera": RAY_CAMERA,
+    "visible_diffuse": RAY_DIFFUSE,
+    "visible_glossy": RAY_GLOSSY,
+    "visible_transmission": RAY_TRANSMIT,
+    "visible_volume_scatter": RAY_VOLUME,
+    "visible_shadow": RAY_SHADOW,
+}
+
+
+def ray_visibility(instance, view_layer) -> int:
+    """RAY_* bits of the rays that see an entry of `depsgraph.object_instances`: what both it and its instancer allow."""
+    owner = instance.instance_object if instance.is_instance else instance.object
+    visibility = _flags(owner or instance.object)
+    parent = instance.parent
+    if parent is not None and parent != owner:
+        visibility &= _flags(parent)
+    # Indirect Only and Holdout of a collection belong to the view layer, which knows the original object.
+    if instance.object.original.indirect_only_get(view_layer=view_layer):
+        visibility &= ~RAY_CAMERA
+    return visibility
+
+
+def _flags(owner) -> int:
+    return sum(bits for name, bits in RAY_VISIBILITY.items() if getattr(owner, name))
+
+
+def instance_flags(instance, view_layer) -> int:
+    """INSTANCE_HOLDOUT and INSTANCE_SHADOW_CATCHER."""
+    owner = instance.object
+    holdout = owner.is_holdout or owner.original.holdout_get(view_layer=view_layer)
+    flags = INSTANCE_HOLDOUT if holdout else 0
+    return flags | (INSTANCE_SHADOW_CATCHER if owner.is_shadow_catcher else 0)
+
+
+@cache
+def name_random(name: str) -> float:
+    """Object Info > Random of an object that is no instance."""
+    return float(to_unit(hash_uint2(hash_string(name), 0)))
+
+
+def property_value(kind: str, name: str, instance, scene, view_layer) -> tuple[float, float, float, float] | None:
+    """The value of an Attribute node of type OBJECT, INSTANCER or VIEW_LAYER; None when nothing has such a property."""
+    if kind == "VIEW_LAYER":
+        owners = [view_layer, scene, scene.world]
+    else:
+        owners = [instance.object, instance.object.data]
+        if kind == "INSTANCER" and instance.parent is not None:
+            owners = [instance.parent, instance.parent.data, *owners]
+    for owner in owners:
+        value = None if owner is None else _lookup(owner, name)
+        if value is not None:
+            return value
+    return None
+
+
+def _lookup(owner, name: str) -> tuple[float, float, float, float] | None:
+    value = owner.get(name)
+    if value is None:
+        try:
+            value = owner.path_resolve(name)
+        except ValueError:
+            return None
+    if isinstance(value, (bool, int, float)):
+        return float(value), float(value), float(value), 1.0
+    try:
+        numbers = [float(x) for x in value]
+    except (TypeError, ValueError):
+        return None
+    if not 1 <= len(numbers) <= 4:
+        return None
+    return tuple(numbers + [0.0, 0.0, 0.0, 1.0][len(numbers) :])
