@@ -20,20 +20,11 @@ MATERIALS = {
     ),
     "Plaster": dict(
         inputs={"Roughness": 0.95},
-        pattern=("cloud", ["1b1713", "2b2620", "3a332a", "2b2620"], (2.2, 2.2, 2.2), 0.25),
+        pattern=("cloud", ["2a211a", "403328", "544434", "43362a"], (2.2, 2.2, 2.2), 0.25),
     ),
     "Linen": dict(
         inputs={"Roughness": 0.9, "Sheen Weight": 0.55, "Sheen Roughness": 0.35, "Sheen Tint": "f2e6d2"},
         pattern=("weave", ["a89a84", "cfc3ae", "e2d8c6", "cfc3ae"], (330.0, 330.0, 330.0), 0.18),
-    ),
-    "Velvet": dict(
-        inputs={
-            "Base Color": "120a2c",
-            "Roughness": 0.85,
-            "Sheen Weight": 1.0,
-            "Sheen Roughness": 0.3,
-            "Sheen Tint": "8a7cf0",
-        }
     ),
     "Copper": dict(
         inputs={"Metallic": 1.0, "Roughness": 0.22, "Specular Tint": "ffd9c2"},
@@ -42,7 +33,7 @@ MATERIALS = {
     "Brass": dict(inputs={"Base Color": "d9a441", "Metallic": 1.0, "Roughness": 0.16}),
     "Gold": dict(inputs={"Base Color": "f2bf55", "Metallic": 1.0, "Roughness": 0.25}),
     "Glass": dict(inputs={"Base Color": "ffffff", "Roughness": 0.0, "IOR": 1.5, "Transmission Weight": 1.0}),
-    "Wine": dict(inputs={"Base Color": "6a0714", "Roughness": 0.0, "IOR": 1.34, "Transmission Weight": 1.0}),
+    "Wine": dict(inputs={"Base Color": "a01024", "Roughness": 0.0, "IOR": 1.34, "Transmission Weight": 1.0}),
     "Celadon": dict(
         inputs={"Roughness": 0.35, "Coat Weight": 1.0, "Coat Roughness": 0.04, "Coat IOR": 1.55},
         pattern=("cloud", ["3f6f68", "6b9a8c", "8db7a5", "55857a"], (9.0, 9.0, 14.0), 0.02),
@@ -60,7 +51,7 @@ MATERIALS = {
     ),
     "Grape": dict(
         inputs={"Coat Weight": 0.6, "Coat Roughness": 0.12, "Roughness": 0.5},
-        pattern=("cloud", ["12061a", "1e0a2a", "33204a", "4a3a66"], (60.0, 60.0, 60.0), 0.0),
+        pattern=("cloud", ["1a0a24", "2c1038", "4a2e62", "6a5a86"], (60.0, 60.0, 60.0), 0.0),
     ),
     "Stem": dict(inputs={"Base Color": "3a2412", "Roughness": 0.8}),
     "Wax": dict(inputs={"Base Color": "efe3c8", "Roughness": 0.4, "Coat Weight": 0.2}),
@@ -71,7 +62,7 @@ MATERIALS = {
     "Paper": dict(
         inputs={"Roughness": 0.9}, pattern=("pages", ["b8a47c", "d8c8a2", "e6d9b8", "c8b68c"], (2.0, 2.0, 900.0), 0.3)
     ),
-    "Flame": dict(inputs={"Base Color": "000000", "Emission Color": "ffb259", "Emission Strength": 90.0}),
+    "Flame": dict(inputs={"Base Color": "000000", "Emission Color": "ffb259", "Emission Strength": 260.0}),
     "Wick": dict(inputs={"Base Color": "0a0806", "Roughness": 0.9}),
 }
 
@@ -84,6 +75,8 @@ PATTERNS = {
     "pages": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 3.0, "Roughness": 0.7}),
     "hammer": ("ShaderNodeTexVoronoi", {"Scale": 1.0, "Randomness": 0.8}),
 }
+
+HDRI_TURN, HDRI_STRENGTH = 250.0, 1.3  # degrees; factor on the HDRI's radiance
 
 # Turned objects: profile, material, place. A point written twice makes a sharp edge.
 VASE = [(0, 0), (4.6, 0), (4.6, 0), (5.2, 0.8), (8.6, 7), (9.6, 12.5), (7.6, 18.5), (3.6, 23), (2.9, 26), (4.3, 29.2)]
@@ -246,6 +239,7 @@ def turned(name, profile, surface, location, rotation=(0, 0, 0), scale=1.0) -> b
     result = mesh_object(name, points, edges, [], surface, location, rotation)
     screw = result.modifiers.new("Turn", "SCREW")
     screw.steps = screw.render_steps = 24
+    screw.merge_threshold = 1e-6
     screw.use_merge_vertices, screw.use_smooth_shade, screw.use_normal_calculate = True, True, True
     smooth = result.modifiers.new("Smooth", "SUBSURF")
     smooth.levels = smooth.render_levels = 3
@@ -275,7 +269,7 @@ def table(materials: dict) -> None:
 
 def linen(surface) -> None:
     """A cloth that lies in folds on the table and hangs over its front edge."""
-    columns, rows, edge, radius = 150, 220, -0.235, 0.012
+    columns, rows, edge, radius = 150, 220, -0.252, 0.012
     vertices = []
     for j in range(rows + 1):
         for i in range(columns + 1):
@@ -286,7 +280,7 @@ def linen(surface) -> None:
             ripple = noise.noise(Vector((9.0 * x, 7.0 * along, 1.0))) + 0.5 * noise.noise(
                 Vector((22.0 * x, 16.0 * along, 5.0))
             )
-            fold = (0.35 + 7.0 * drop) * math.sin(46.0 * x + 2.2 * ripple + 5.0 * along)
+            fold = (0.35 + 7.0 * drop) * (1.0 + math.sin(46.0 * x + 2.2 * ripple + 5.0 * along))
             lift = 0.0035 * max(0.0, 1.0 + ripple) + 0.0018
             y = (
                 max(along, edge + 0.01)
@@ -345,17 +339,13 @@ def grapes(materials: dict) -> None:
         clear_of_bowl = math.hypot(place.x - 0.015, place.y - 0.02) > 0.137 or place.z > 0.098
         if place.z > 0.0095 and clear_of_bowl and all((place - other).length > 0.0165 for other in places):
             places.append(place)
-    for i, place in enumerate(places):
-        grape = first if i == 0 else bpy.data.objects.new("Grape", first.data)
-        if i:
-            bpy.context.scene.collection.objects.link(grape)
-            for modifier in first.modifiers:
-                copy = grape.modifiers.new(modifier.name, modifier.type)
-                for key in ("steps", "render_steps", "use_merge_vertices", "levels", "render_levels"):
-                    if hasattr(modifier, key):
-                        setattr(copy, key, getattr(modifier, key))
+    shared = bpy.data.meshes.new_from_object(first.evaluated_get(bpy.context.evaluated_depsgraph_get()))
+    bpy.data.objects.remove(first)
+    for place in places:
+        grape = bpy.data.objects.new("Grape", shared)
         grape.location, grape.rotation_euler = place, [dice.uniform(0, 6) for _ in range(3)]
         grape.scale = (dice.uniform(0.86, 1.0),) * 3
+        bpy.context.scene.collection.objects.link(grape)
 
 
 def stems(surface) -> None:
@@ -391,9 +381,6 @@ def window_light(scene: bpy.types.Scene) -> None:
     links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
     links.new(mapping.outputs["Vector"], environment.inputs["Vector"])
     links.new(environment.outputs["Color"], background.inputs["Color"])
-
-
-HDRI_TURN, HDRI_STRENGTH = 0.0, 1.0
 
 
 def camera(scene: bpy.types.Scene) -> None:
