@@ -18,7 +18,7 @@ from ..kernels.camera import camera_ray
 from ..kernels.interaction import offset_origin, surface_point
 from ..kernels.intersect import intersect, occluded
 from ..kernels.jit import device, kernel
-from ..kernels.lights import light_radiance, light_sample, lights_intersect, triangle_pdf
+from ..kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
 from ..kernels.lobes import (
     LABEL_DIFFUSE,
     LABEL_GLOSSY,
@@ -76,6 +76,7 @@ from ..scene.scene import Scene
 from ..settings import RenderSettings, filter_table
 
 FAR = 1.0e30
+LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
 
 # Random dimensions: those of the camera, then DIMENSIONS for each vertex of the path.
 DIM_FILTER, DIM_LENS, DIM_FIRST_VERTEX = 0, 1, 4
@@ -178,13 +179,13 @@ def trace_path(scene, camera, integrator, film, scratch):
         o = vec(path.o)
         d = vec(path.d)
         t, instance, primitive, u, v = intersect(scene, scratch, o, d, path.tmin, FAR, visibility(path.flags))
+        inherit(sp, path, t)
         if scene.n_lights > 0:
-            add_lamps(scene, integrator, film, scratch, t)
+            add_lamps(scene, integrator, film, scratch, path, sp, t)
         if instance < 0:
-            add_world(scene, integrator, film, scratch)
+            add_world(scene, integrator, film, scratch, path, sp)
             return
         surface_point(scene, sp, instance, primitive, u, v, t, d)
-        inherit(sp, path, t)
         material = material_at(scene.materials, sp.material).flags
         survival = survival_probability(path, integrator)
         ends = survival < 1.0 and rng.sample1(path.key, path.sample, path.dimension + DIM_ROULETTE) >= survival
@@ -263,9 +264,8 @@ def holdout(scene, film, path, sp):
 
 
 @device
-def add_lamps(scene, integrator, film, scratch, t):
+def add_lamps(scene, integrator, film, scratch, path, sp, t):
     """Light of the lamps that the path's ray passes before the distance t; lamps do not block light."""
-    path = path_at(scratch + SCRATCH_PATH, 0)
     o = vec(path.o)
     d = vec(path.d)
     tmin = path.tmin
@@ -273,40 +273,37 @@ def add_lamps(scene, integrator, film, scratch, t):
         light, distance = lights_intersect(scene, o, d, tmin, t, path.flags)
         if light < 0:
             return
-        radiance, pdf = light_radiance(scene, scratch, path_point(scratch), light, o, d, distance)
-        add_hit(film, integrator, path, radiance, hit_weight(path, pdf), film.emission)
-        tmin = distance * (1.0 + 1.0e-5) + 1.0e-12
+        add_lamp(scene, integrator, film, scratch, path, sp, light, distance)
+        tmin = next_after(distance)
 
 
 @device
-def path_point(scratch):
-    """The shadow point with the path's depths, for the programs of lights and of the world."""
-    path = path_at(scratch + SCRATCH_PATH, 0)
-    sp = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
-    sp.closures = scratch + SCRATCH_SHADOW_CLOSURES
-    sp.registers = scratch + SCRATCH_SHADOW_REGISTERS
-    inherit(sp, path, 0.0)
-    return sp
+def add_lamp(scene, integrator, film, scratch, path, sp, light, distance):
+    r, g, b, pdf = light_radiance(scene, scratch, sp, light, vec(path.o), vec(path.d), distance)
+    add_hit(film, integrator, path, (r, g, b), hit_weight(path, pdf), film.emission)
 
 
 @device
-def add_world(scene, integrator, film, scratch):
-    """Light of the world where the path leaves the scene, and the alpha channel behind it."""
-    path = path_at(scratch + SCRATCH_PATH, 0)
+def add_world(scene, integrator, film, scratch, path, sp):
+    """Light of suns and of the world where the path leaves the scene, and the alpha channel behind it."""
+    d = vec(path.d)
+    sun = sun_next(scene, d, 0, path.flags)
+    while sun >= 0:
+        add_lamp(scene, integrator, film, scratch, path, sp, sun, FAR)
+        sun = sun_next(scene, d, sun + 1, path.flags)
     seen_through = integrator.transparent_film > 0 and path.background_visible > 0
     if seen_through:
         add1(path.pixel, film.combined + 3, average(vec(path.throughput)))
-        if film.environment < 0 and path.denoise == 0:
+        if film.environment < 0:
             return
-    d = vec(path.d)
-    radiance = world_radiance(scene, scratch, path_point(scratch), vec(path.o), d)
+    r, g, b = world_radiance(scene, scratch, sp, vec(path.o), d)
+    if seen_through:
+        add3(path.pixel, film.environment, mul(vec(path.throughput), (r, g, b)))
+        return
     mis = 1.0
     if path.mis_pdf > 0.0:
         mis = hit_weight(path, world_pdf(scene, d))
-    if seen_through:
-        add3(path.pixel, film.environment, mul(vec(path.throughput), radiance))
-    else:
-        add_hit(film, integrator, path, radiance, mis, film.environment)
+    add_hit(film, integrator, path, (r, g, b), mis, film.environment)
 
 
 @device
@@ -316,12 +313,18 @@ def direct_light(scene, integrator, film, scratch, path, sp):
         return
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
-    path_point(scratch)
-    if not light_sample(scene, sp, scratch, u0, u1, u2):
+    if not light_sample(scene, sp, scratch, u1, u2, u0):
         return
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     wi = vec(ls.wi)
     dr, dg, db, gr, gg, gb, tr, tg, tb, pdf = bsdf_eval(scene, sp, wi)
+    if ls.visibility & LOBE_RAYS != LOBE_RAYS:
+        diffuse = 1.0 if ls.visibility & RAY_DIFFUSE else 0.0
+        glossy = 1.0 if ls.visibility & RAY_GLOSSY else 0.0
+        through = 1.0 if ls.visibility & RAY_TRANSMIT else 0.0
+        dr, dg, db = dr * diffuse, dg * diffuse, db * diffuse
+        gr, gg, gb = gr * glossy, gg * glossy, gb * glossy
+        tr, tg, tb = tr * through, tg * through, tb * through
     f = (dr + gr + tr, dg + gg + tg, db + gb + tb)
     if f[0] + f[1] + f[2] == 0.0 or ls.pdf <= 0.0:
         return
@@ -379,8 +382,8 @@ def transparent_shadow(scene, integrator, scratch, path, o, d, tmax):
         t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, tmax, RAY_SHADOW_TRANSPARENT)
         if instance < 0:
             return result
-        surface_point(scene, point, instance, primitive, u, v, t, d)
         inherit(point, path, t)
+        surface_point(scene, point, instance, primitive, u, v, t, d)
         point.depth = path.bounce + 1
         point.transparent_depth = path.transparent_bounce + crossed
         point.ray_flags = (path.flags & ~RAY_CAMERA) | RAY_SHADOW
