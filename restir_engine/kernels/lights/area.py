@@ -1,0 +1,221 @@
+"""Area lights: rectangles and ellipses that shine to one side, through an ideal grid when their spread is narrow.
+
+Everything is computed in the lamp's plane: u and v along its axes from the centre, h the height of the lit point.
+"""
+
+import math
+
+from ..jit import device
+from ..records import LIGHT_DELTA, LIGHT_ELLIPSE
+from ..vec import dot, madd, put, sub, vec
+from ..warp import disk
+
+# Below this solid angle a rectangle is sampled by area: the spherical formulas lose their digits.
+_TINY = 1e-8
+
+
+@device
+def _axes(light):
+    p = light.p
+    return (p[0], p[1], p[2]), (p[4], p[5], p[6]), (p[8], p[9], p[10])
+
+
+@device
+def _height(light, o):
+    """(u, v, height) of o in the frame of the lamp."""
+    a, b, n = _axes(light)
+    w = sub(o, vec(light.center))
+    return dot(w, a), dot(w, b), dot(w, n)
+
+
+@device
+def spread_factor(light, cos):
+    """Share of the light that passes the grid at an angle with this cosine to the normal, normalised for power."""
+    norm = light.p[12]
+    if norm == 0.0:
+        return 1.0
+    return max((light.p[11] - math.sqrt(max(1.0 - cos * cos, 0.0)) / cos) * norm, 0.0)
+
+
+@device
+def _region(light, qu, qv, h):
+    """The part of the lamp worth sampling: (ellipse, centre u, centre v, width, height); width 0: nothing is seen.
+
+    With a spread only the disk around the foot of o's perpendicular sends light to o. The smallest of the
+    lamp, that disk and the rectangle about what they share is taken.
+    """
+    lu = light.p[3]
+    lv = light.p[7]
+    ellipse = 1.0 if light.flags & LIGHT_ELLIPSE else 0.0
+    if light.p[12] == 0.0:
+        return ellipse, 0.0, 0.0, lu, lv
+    r = h * light.p[11]
+    u0 = max(qu - r, -0.5 * lu)
+    u1 = min(qu + r, 0.5 * lu)
+    v0 = max(qv - r, -0.5 * lv)
+    v1 = min(qv + r, 0.5 * lv)
+    if u0 >= u1 or v0 >= v1:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    shared = (u1 - u0) * (v1 - v0)
+    whole = 0.25 * math.pi * lu * lv
+    seen = math.pi * r * r
+    if ellipse == 0.0 or shared < min(whole, seen):
+        return 0.0, 0.5 * (u0 + u1), 0.5 * (v0 + v1), u1 - u0, v1 - v0
+    if seen < whole:
+        return 1.0, qu, qv, 2.0 * r, 2.0 * r
+    return 1.0, 0.0, 0.0, lu, lv
+
+
+@device
+def _edge_normals(x0, x1, y0, y1, h):
+    """The component towards the plane of the unit normals of the four planes through o and an edge."""
+    h2 = h * h
+    return (
+        -y0 / math.sqrt(h2 + y0 * y0),
+        x1 / math.sqrt(h2 + x1 * x1),
+        y1 / math.sqrt(h2 + y1 * y1),
+        -x0 / math.sqrt(h2 + x0 * x0),
+    )
+
+
+@device
+def _asin(x):
+    return math.asin(min(max(x, -1.0), 1.0))
+
+
+@device
+def rectangle_solid_angle(x0, x1, y0, y1, h):
+    """Solid angle of a rectangle [x0, x1] × [y0, y1] at distance h from the plane through the eye."""
+    a, b, c, d = _edge_normals(x0, x1, y0, y1, h)
+    return _asin(a * b) + _asin(b * c) + _asin(c * d) + _asin(d * a)
+
+
+@device
+def _rectangle_sample(x0, x1, y0, y1, h, solid_angle, s, t):
+    """A point (x, y) of the rectangle, uniform by solid angle (Ureña, Fajardo and King 2013)."""
+    a, _, c, d = _edge_normals(x0, x1, y0, y1, h)
+    # Angle up to which the slices in x fill the share s, then the x whose slice ends there.
+    phi = s * solid_angle - _asin(c * d) - _asin(d * a)
+    sin = math.sin(phi)
+    f = (math.cos(phi) * a + c) / sin if sin != 0.0 else 1e300
+    cu = min(max(math.copysign(1.0 / math.sqrt(f * f + a * a), f), -1.0), 1.0) if f != 0.0 or a != 0.0 else 1.0
+    x = min(max(cu * h / math.sqrt(max(1.0 - cu * cu, 1e-20)), x0), x1)
+    r2 = x * x + h * h
+    z0 = y0 / math.sqrt(r2 + y0 * y0)
+    z1 = y1 / math.sqrt(r2 + y1 * y1)
+    z = z0 + t * (z1 - z0)
+    z2 = z * z
+    y = z * math.sqrt(r2 / (1.0 - z2)) if z2 < 1.0 - 1e-12 else y1
+    return x, min(max(y, y0), y1)
+
+
+@device
+def sample_area(light, o, u0, u1, ls):
+    """Choose a point of an area light for o; returns the factor on its strength, 0: no sample."""
+    qu, qv, h = _height(light, o)
+    if h <= 0.0:
+        return 0.0
+    a, b, n = _axes(light)
+    factor = 1.0
+    u = qu
+    v = qv
+    solid_angle = 0.0
+    density = 1.0  # by area, 0: by solid angle
+    if light.flags & LIGHT_DELTA == 0:
+        ellipse, cu, cv, lu, lv = _region(light, qu, qv, h)
+        if lu == 0.0:
+            return 0.0
+        if ellipse > 0.0:
+            x, y = disk(u0, u1)
+            u = cu + 0.5 * lu * x
+            v = cv + 0.5 * lv * y
+            density = 4.0 / (math.pi * lu * lv)
+        else:
+            x0 = cu - 0.5 * lu - qu
+            y0 = cv - 0.5 * lv - qv
+            solid_angle = rectangle_solid_angle(x0, x0 + lu, y0, y0 + lv, h)
+            if solid_angle < _TINY:
+                u = cu + lu * (u0 - 0.5)
+                v = cv + lv * (u1 - 0.5)
+                density = 1.0 / (lu * lv)
+            else:
+                x, y = _rectangle_sample(x0, x0 + lu, y0, y0 + lv, h, solid_angle, u0, u1)
+                u = qu + x
+                v = qv + y
+                density = 0.0
+    su = u / light.p[3]
+    sv = v / light.p[7]
+    if light.flags & LIGHT_ELLIPSE:
+        if su * su + sv * sv > 0.25 * (1.0 + 1e-9):
+            return 0.0
+    elif abs(su) > 0.5 * (1.0 + 1e-9) or abs(sv) > 0.5 * (1.0 + 1e-9):
+        return 0.0
+    p = madd(madd(vec(light.center), a, u), b, v)
+    w = sub(p, o)
+    t = math.sqrt(dot(w, w))
+    d = (w[0] / t, w[1] / t, w[2] / t)
+    cos = h / t
+    put(ls.wi, d)
+    put(ls.ng, n)
+    put(ls.p, p)
+    ls.distance = t
+    ls.uv[0] = su + 0.5
+    ls.uv[1] = sv + 0.5
+    ls.pdf = 1.0
+    if light.flags & LIGHT_DELTA == 0:
+        factor = spread_factor(light, cos)
+        ls.pdf = density * t * t / cos if density > 0.0 else 1.0 / solid_angle
+    return factor
+
+
+@device
+def intersect_area(light, o, d):
+    """Distance along d to the front of the lamp, -1: no hit."""
+    a, b, n = _axes(light)
+    cos = -dot(d, n)
+    if cos <= 0.0:
+        return -1.0
+    qu, qv, h = _height(light, o)
+    t = h / cos
+    if t <= 0.0:
+        return -1.0
+    su = (qu + t * dot(d, a)) / light.p[3]
+    sv = (qv + t * dot(d, b)) / light.p[7]
+    if abs(su) > 0.5 or abs(sv) > 0.5:
+        return -1.0
+    if light.flags & LIGHT_ELLIPSE and su * su + sv * sv > 0.25:
+        return -1.0
+    return t
+
+
+@device
+def area_pdf(light, o, d, t):
+    """Density by solid angle with which `sample_area` chooses direction d, which meets the lamp at distance t."""
+    qu, qv, h = _height(light, o)
+    if h <= 0.0:
+        return 0.0
+    ellipse, cu, cv, lu, lv = _region(light, qu, qv, h)
+    if lu == 0.0:
+        return 0.0
+    a, b, _ = _axes(light)
+    cos = h / t
+    if ellipse > 0.0:
+        x = 2.0 * (qu + t * dot(d, a) - cu) / lu
+        y = 2.0 * (qv + t * dot(d, b) - cv) / lv
+        if x * x + y * y > 1.0:
+            return 0.0
+        return 4.0 / (math.pi * lu * lv) * t * t / cos
+    x0 = cu - 0.5 * lu - qu
+    y0 = cv - 0.5 * lv - qv
+    solid_angle = rectangle_solid_angle(x0, x0 + lu, y0, y0 + lv, h)
+    if solid_angle < _TINY:
+        return t * t / (cos * lu * lv)
+    return 1.0 / solid_angle
+
+
+@device
+def area_uv(light, p):
+    """Texture coordinates of a point of the lamp: 0 to 1 across it."""
+    a, b, _ = _axes(light)
+    w = sub(p, vec(light.center))
+    return dot(w, a) / light.p[3] + 0.5, dot(w, b) / light.p[7] + 0.5

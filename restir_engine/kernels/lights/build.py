@@ -1,0 +1,66 @@
+"""Kernels that the light table is built with: alias tables, and emission measured on triangles."""
+
+from ..emission import luminance, run_emission, shadow_point
+from ..interaction import surface_point
+from ..jit import kernel
+from ..memory import load_f64, load_i32, store_f32, store_f64, store_i32
+from ..records import SCRATCH_POINT, shading_point_at
+from ..rng import sample2
+from ..vec import cross, neg, normalize, sub
+from .triangle import triangle_vertices
+
+
+@kernel
+def build_alias(weights, n, table, scratch):
+    """Fill an alias table (Vose 1991) from n float64 weights of positive sum; scratch: float64 [n] and int32 [n]."""
+    total = 0.0
+    for i in range(n):
+        total += load_f64(weights, i)
+    todo = scratch + 8 * n
+    small = 0
+    large = n
+    for i in range(n):
+        share = load_f64(weights, i) * n / total
+        store_f64(scratch, i, share)
+        store_f32(table, 2 * i, 1.0)
+        store_i32(table, 2 * i + 1, i)
+        if share < 1.0:
+            store_i32(todo, small, i)
+            small += 1
+        else:
+            large -= 1
+            store_i32(todo, large, i)
+    while small > 0 and large < n:
+        small -= 1
+        low = load_i32(todo, small)
+        high = load_i32(todo, large)
+        share = load_f64(scratch, low)
+        store_f32(table, 2 * low, share)
+        store_i32(table, 2 * low + 1, high)
+        share = load_f64(scratch, high) - (1.0 - share)
+        store_f64(scratch, high, share)
+        if share < 1.0:
+            large += 1
+            store_i32(todo, small, high)
+            small += 1
+
+
+@kernel
+def measure_emission(scene, scratch, instance, primitives, n, points, values):
+    """Store the mean luminance over some points of the front of n triangles (int32) to float64 values."""
+    state = shading_point_at(scratch + SCRATCH_POINT, 0)
+    for i in range(n):
+        primitive = load_i32(primitives, i)
+        a, b, c = triangle_vertices(scene, instance, primitive)
+        normal = normalize(cross(sub(b, a), sub(c, a)))
+        total = 0.0
+        for k in range(points):
+            u, v = sample2(primitive, k, 0)
+            if u + v > 1.0:
+                u, v = 1.0 - u, 1.0 - v
+            point = shadow_point(scratch, state)
+            surface_point(scene, point, instance, primitive, u, v, 1.0, neg(normal))
+            e = run_emission(scene, point)
+            y = luminance(e[0], e[1], e[2])
+            total += y if 0.0 < y < 1e30 else 0.0
+        store_f64(values, i, total / points)

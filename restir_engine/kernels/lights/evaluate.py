@@ -1,0 +1,101 @@
+"""Lamps that a ray finds: which, and what they add."""
+
+from ..emission import off_surface, run_emission, shadow_point, visible_to
+from ..jit import device
+from ..records import (
+    LIGHT_AREA,
+    LIGHT_DELTA,
+    LIGHT_HITTABLE,
+    LIGHT_SPHERE,
+    LIGHT_SUN,
+    RAY_CAMERA,
+    light_at,
+    light_table_at,
+)
+from ..vec import dot, madd, mul, neg, normalize, scale, sub, vec
+from .area import area_pdf, area_uv, intersect_area, spread_factor
+from .ball import ball_pdf, ball_uv, falloff, intersect_ball
+from .select import lamp_probability
+from .sun import in_sun, sun_pdf, sun_uv
+
+
+@device
+def _found_by(light, ray_flags):
+    if light.flags & LIGHT_DELTA or (ray_flags & RAY_CAMERA == 0 and light.flags & LIGHT_HITTABLE == 0):
+        return False
+    return visible_to(light.visibility, ray_flags)
+
+
+@device
+def lights_intersect(scene, o, d, tmin, tmax, ray_flags):
+    """(index, t) of the nearest lamp with a place that the ray meets between tmin and tmax; index -1: none.
+
+    Suns are not among them (`sun_next`). Lamps let rays through: to find the next one, ask again from t on.
+    """
+    found = -1
+    if scene.light_table == 0:
+        return found, tmax
+    for i in range(light_table_at(scene.light_table, 0).n_local):
+        light = light_at(scene.lights, i)
+        r = light.radius
+        if r > 0.0 and _found_by(light, ray_flags):
+            c = sub(vec(light.center), o)
+            off = madd(c, d, -dot(c, d))
+            if dot(off, off) <= r * r:
+                if light.kind == LIGHT_AREA:
+                    t = intersect_area(light, o, d)
+                else:
+                    t = intersect_ball(light, o, d)
+                if tmin < t < tmax:
+                    tmax = t
+                    found = i
+    return found, tmax
+
+
+@device
+def sun_next(scene, d, first, ray_flags):
+    """The first sun at index `first` (0 to begin with) or above that a ray which leaves the scene sees; -1: none."""
+    if scene.light_table == 0:
+        return -1
+    for i in range(max(first, light_table_at(scene.light_table, 0).n_local), scene.n_lights):
+        light = light_at(scene.lights, i)
+        if light.flags & LIGHT_HITTABLE and visible_to(light.visibility, ray_flags) and in_sun(light, d):
+            return i
+    return -1
+
+
+@device
+def light_radiance(scene, scratch, sp, index, o, d, t):
+    """(red, green, blue, pdf): what a lamp that the ray met at t adds, and light_sample's density for d from o.
+
+    sp is the path's state; sp.depth counts the bounces of this ray (light_sample for it was asked at one less).
+    """
+    light = light_at(scene.lights, index)
+    if sp.depth > light.max_bounces + 1:
+        return 0.0, 0.0, 0.0, 0.0
+    p = madd(o, d, t)
+    factor = 1.0
+    if light.kind == LIGHT_SUN:
+        p = d
+        ng = neg(d)
+        pdf = sun_pdf(light)
+        u, v = sun_uv(light, d)
+    elif light.kind == LIGHT_AREA:
+        ng = (float(light.p[8]), float(light.p[9]), float(light.p[10]))
+        factor = spread_factor(light, -dot(d, ng))
+        pdf = area_pdf(light, o, d, t)
+        u, v = area_uv(light, p)
+    else:
+        ng = normalize(sub(p, vec(light.center))) if light.flags & LIGHT_SPHERE else neg(d)
+        factor = falloff(light, o, d)
+        pdf = ball_pdf(light, o, d, t)
+        u, v = ball_uv(light, ng, d)
+    if factor <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    radiance = scale(vec(light.strength), factor)
+    if light.material >= 0:
+        point = shadow_point(scratch, sp)
+        off_surface(point, light.material, index, p, ng, d, t, u, v)
+        radiance = mul(radiance, run_emission(scene, point))
+    chosen = light_table_at(scene.light_table, 0).lamps * lamp_probability(scene, o, index)
+    return radiance[0], radiance[1], radiance[2], pdf * chosen

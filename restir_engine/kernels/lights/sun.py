@@ -1,0 +1,53 @@
+"""Suns: a disk of directions, or one direction when the angle is 0."""
+
+import math
+
+from ..jit import device
+from ..records import LIGHT_DELTA
+from ..vec import add, dot, length, neg, put, sub
+from ..warp import cone
+
+
+@device
+def sun_direction(light):
+    """Unit vector towards the middle of the sun."""
+    return (light.p[0], light.p[1], light.p[2])
+
+
+@device
+def sun_uv(light, d):
+    """Texture coordinates across the disk."""
+    m = light.to_object
+    # Equal areas of the disk are equal solid angles: its radius goes with the sine of half the angle to the axis.
+    chord = length(add(d, sun_direction(light)))
+    f = 0.5 / (math.sqrt(0.5 * light.p[3]) * chord) if light.p[3] > 0.0 and chord > 0.0 else 0.0
+    return (m[0] * d[0] + m[1] * d[1] + m[2] * d[2]) * f + 0.5, (m[4] * d[0] + m[5] * d[1] + m[6] * d[2]) * f + 0.5
+
+
+@device
+def sample_sun(light, u0, u1, ls):
+    """Choose a direction; returns the factor on its strength."""
+    d = sun_direction(light)
+    ls.pdf = 1.0
+    if light.flags & LIGHT_DELTA == 0:
+        d = cone(d, light.p[3], u0, u1)
+        ls.pdf = 1.0 / (2.0 * math.pi * light.p[3])
+    put(ls.wi, d)
+    put(ls.ng, neg(d))
+    put(ls.p, d)
+    ls.distance = math.inf
+    ls.uv[0], ls.uv[1] = sun_uv(light, d)
+    return 1.0
+
+
+@device
+def in_sun(light, d):
+    """Whether the unit direction d looks at the sun's disk."""
+    off = sub(d, sun_direction(light))
+    return light.flags & LIGHT_DELTA == 0 and 0.5 * dot(off, off) <= light.p[3]
+
+
+@device
+def sun_pdf(light):
+    """Density by solid angle within the disk."""
+    return 1.0 / (2.0 * math.pi * light.p[3])

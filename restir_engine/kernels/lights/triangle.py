@@ -1,0 +1,172 @@
+"""Emissive triangles: chosen by power, then a point uniform by solid angle where they are near, by area where not."""
+
+import math
+
+from ..emission import run_emission, shadow_point
+from ..interaction import surface_point
+from ..jit import device
+from ..memory import load_f32, load_i32, load_u32
+from ..records import (
+    emitter_at,
+    emitter_group_at,
+    instance_at,
+    light_table_at,
+    material_at,
+    mesh_at,
+)
+from ..vec import cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
+from ..warp import alias_pick
+
+# Emission sampling of materials; 1 (auto) and 4 mean both sides.
+_FRONT = 2
+_BACK = 3
+
+# Below this solid angle the spherical formulas lose their digits, and area sampling is as good.
+_TINY = 1e-7
+
+
+@device
+def triangle_vertices(scene, instance, primitive):
+    """The corners of a triangle in world space."""
+    record = instance_at(scene.instances, instance)
+    mesh = mesh_at(scene.meshes, record.mesh)
+    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
+    b = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1))
+    c = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2))
+    m = record.to_world
+    return transform_point(m, a), transform_point(m, b), transform_point(m, c)
+
+
+@device
+def _spherical(a, b, c, n, o):
+    """Solid angle of the triangle (a, b, c) with normal n (any length) from o; 0 where it is to be sampled by area."""
+    e = sub(b, a)
+    f = sub(c, a)
+    g = sub(c, b)
+    longest2 = max(dot(e, e), max(dot(f, f), dot(g, g)))
+    h = dot(n, sub(a, o))
+    if longest2 * dot(n, n) <= h * h:
+        return 0.0
+    a = normalize(sub(a, o))
+    b = normalize(sub(b, o))
+    c = normalize(sub(c, o))
+    solid_angle = 2.0 * math.atan2(abs(dot(a, cross(b, c))), 1.0 + dot(a, b) + dot(b, c) + dot(c, a))
+    return solid_angle if solid_angle > _TINY else 0.0
+
+
+@device
+def _spherical_direction(a, b, c, solid_angle, s, t):
+    """A direction of the spherical triangle of the unit vectors a, b, c, uniform by solid angle (Arvo 1995)."""
+    cos_b = dot(a, c)
+    cos_c = dot(a, b)
+    cos_alpha = min(max(dot(normalize(cross(a, b)), normalize(cross(a, c))), -1.0), 1.0)
+    sin_alpha = math.sqrt(1.0 - cos_alpha * cos_alpha)
+    phi = s * solid_angle - math.acos(cos_alpha)
+    sin_phi = math.sin(phi)
+    cos_phi = math.cos(phi)
+    u = cos_phi - cos_alpha
+    v = sin_phi + sin_alpha * cos_c
+    below = (v * sin_phi + u * cos_phi) * sin_alpha
+    q = ((v * cos_phi - u * sin_phi) * cos_alpha - v) / below if below != 0.0 else 1.0
+    q = min(max(q, -1.0), 1.0)
+    d = madd(scale(a, q), normalize(madd(c, a, -cos_b)), math.sqrt(1.0 - q * q))
+    z = 1.0 - t * (1.0 - dot(d, b))
+    return madd(scale(b, z), normalize(madd(d, b, -dot(d, b))), math.sqrt(max(1.0 - z * z, 0.0)))
+
+
+@device
+def _sampled_side(scene, point):
+    """Whether next event estimation samples the side of the emissive triangle that `point` shows."""
+    side = material_at(scene.materials, point.material).emission_sampling
+    return not ((side == _FRONT and point.backfacing) or (side == _BACK and not point.backfacing))
+
+
+@device
+def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
+    """Choose a point of an emissive triangle; ls.pdf leaves out the choice between lamps, triangles and world."""
+    table = light_table_at(scene.light_table, 0)
+    i, u2 = alias_pick(table.emitter_alias, table.n_emitters, u2)
+    emitter = emitter_at(table.emitters, i)
+    group = emitter_group_at(table.groups, emitter.group)
+    i, u2 = alias_pick(group.alias, group.n, u2)
+    primitive = load_i32(group.primitives, i)
+    instance = emitter.instance
+    a, b, c = triangle_vertices(scene, instance, primitive)
+    n = cross(sub(b, a), sub(c, a))
+    size = length(n)
+    if size == 0.0:
+        return False
+    solid_angle = _spherical(a, b, c, n, o)
+    if solid_angle > 0.0:
+        d = _spherical_direction(normalize(sub(a, o)), normalize(sub(b, o)), normalize(sub(c, o)), solid_angle, u0, u1)
+        along = dot(d, n)
+        if along == 0.0:
+            return False
+        t = dot(sub(a, o), n) / along
+        p = madd(o, d, t)
+        w = sub(p, a)
+        inverse = 1.0 / (size * size)
+        u = min(max(dot(cross(w, sub(c, a)), n) * inverse, 0.0), 1.0)
+        v = min(max(dot(cross(sub(b, a), w), n) * inverse, 0.0), 1.0 - u)
+        density = 1.0 / solid_angle
+    else:
+        # Heitz's map of the square to the triangle keeps neighbours together.
+        u = 0.5 * u0 if u1 > u0 else u0 - 0.5 * u1
+        v = u1 - 0.5 * u0 if u1 > u0 else 0.5 * u1
+        p = madd(madd(a, sub(b, a), u), sub(c, a), v)
+        w = sub(p, o)
+        t = length(w)
+        if t <= 0.0:
+            return False
+        d = scale(w, 1.0 / t)
+        cos = abs(dot(d, n)) / size
+        if cos == 0.0:
+            return False
+        density = t * t / (cos * 0.5 * size)
+    point = shadow_point(scratch, sp)
+    surface_point(scene, point, instance, primitive, u, v, t, d)
+    if not _sampled_side(scene, point):
+        return False
+    put(ls.radiance, run_emission(scene, point))
+    record = instance_at(scene.instances, instance)
+    ls.light = -1
+    ls.flags = 0
+    ls.visibility = record.visibility
+    put(ls.wi, d)
+    ls.distance = t
+    put(ls.p, vec(point.p))
+    put(ls.ng, vec(point.ng))
+    ls.pdf = density * emitter.probability * load_f32(group.probabilities, primitive)
+    ls.uv[0] = u
+    ls.uv[1] = v
+    ls.instance = instance
+    ls.primitive = primitive
+    return True
+
+
+@device
+def triangle_pdf(scene, sp, o):
+    """light_sample's density (solid angle at o) for the point sp of an emissive triangle; 0 where never sampled."""
+    if scene.light_table == 0 or sp.instance < 0:
+        return 0.0
+    table = light_table_at(scene.light_table, 0)
+    i = instance_at(scene.instances, sp.instance).lights
+    if i < 0 or table.triangles == 0.0 or not _sampled_side(scene, sp):
+        return 0.0
+    emitter = emitter_at(table.emitters, i)
+    group = emitter_group_at(table.groups, emitter.group)
+    chosen = table.triangles * emitter.probability * load_f32(group.probabilities, sp.primitive)
+    if chosen == 0.0:
+        return 0.0
+    a, b, c = triangle_vertices(scene, sp.instance, sp.primitive)
+    n = cross(sub(b, a), sub(c, a))
+    solid_angle = _spherical(a, b, c, n, o)
+    if solid_angle > 0.0:
+        return chosen / solid_angle
+    w = sub(vec(sp.p), o)
+    t2 = dot(w, w)
+    h = abs(dot(w, n))
+    if h == 0.0:
+        return 0.0
+    # t² / (cos × area), with cos = h / (t |n|) and area = |n| / 2
+    return chosen * 2.0 * t2 * math.sqrt(t2) / h

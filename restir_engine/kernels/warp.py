@@ -1,0 +1,54 @@
+"""Maps from the unit square to disks and spheres, and picks from alias tables."""
+
+import math
+
+from .jit import device
+from .memory import load_f32, load_i32
+from .vec import frame, to_world
+
+
+@device
+def disk(u0, u1):
+    """A point of the unit disk, uniform by area (Shirley and Chiu's concentric map)."""
+    a = 2.0 * u0 - 1.0
+    b = 2.0 * u1 - 1.0
+    if a == 0.0 and b == 0.0:
+        return 0.0, 0.0
+    if abs(a) > abs(b):
+        phi = 0.25 * math.pi * b / a
+        return a * math.cos(phi), a * math.sin(phi)
+    phi = 0.5 * math.pi - 0.25 * math.pi * a / b
+    return b * math.cos(phi), b * math.sin(phi)
+
+
+@device
+def cone(axis, one_minus_cos, u0, u1):
+    """A direction uniform in the cone about the unit `axis` whose half angle has cosine 1 - one_minus_cos (at most 2).
+
+    The density is 1 / (2 pi one_minus_cos). For 2 it is the whole sphere.
+    """
+    x, y = disk(u0, u1)
+    r2 = x * x + y * y
+    drop = one_minus_cos * r2  # 1 - cos of the direction
+    s = math.sqrt(max(one_minus_cos * (2.0 - drop), 0.0))  # sine over disk radius
+    t, b = frame(axis)
+    return to_world((x * s, y * s, 1.0 - drop), t, b, axis)
+
+
+@device
+def one_minus_cos(sin2):
+    """1 - cos of an angle below a right one, from the square of its sine, without cancellation."""
+    sin2 = min(sin2, 1.0)
+    return sin2 / (1.0 + math.sqrt(1.0 - sin2))
+
+
+@device
+def alias_pick(table, n, u):
+    """An index of an alias table with n bins, and u made uniform again."""
+    x = u * n
+    i = min(int(x), n - 1)
+    x -= i
+    threshold = load_f32(table, 2 * i)
+    if x < threshold:
+        return i, min(x / threshold, 0.99999999)
+    return load_i32(table, 2 * i + 1), min((x - threshold) / (1.0 - threshold), 0.99999999)

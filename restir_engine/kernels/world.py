@@ -1,0 +1,163 @@
+"""The world: its radiance, and sampling of its directions by an importance map, a sun's cone and the uniform sphere.
+
+The map is equirectangular as Blender's: u = 1/2 - azimuth / 2 pi, v = 1 - polar angle / pi, rows bottom to top.
+Within a pixel the density is constant by solid angle.
+"""
+
+import math
+
+from .emission import luminance, run_emission, shadow_point, visible_to, world_point
+from .jit import device, kernel
+from .memory import load_f32, store_f32
+from .records import (
+    LIGHT_SAMPLE_NO_SHADOW,
+    RAY_EMISSION,
+    SCRATCH_POINT,
+    light_table_at,
+    shading_point_at,
+    world_table_at,
+)
+from .vec import dot, neg, put, sub, vec
+from .warp import cone
+
+
+@device
+def world_direction(u, z):
+    """The direction at map coordinate u and height z on the unit sphere."""
+    phi = (0.5 - u) * 2.0 * math.pi
+    r = math.sqrt(max(1.0 - z * z, 0.0))
+    return (r * math.cos(phi), r * math.sin(phi), z)
+
+
+@device
+def _row_height(row, rows):
+    """Height on the unit sphere of the lower edge of a row of the map."""
+    return -math.cos(math.pi * row / rows)
+
+
+@device
+def _find(cdf, start, n, u):
+    """The largest i < n with cdf[start + i] <= u, cdf rising from 0 to 1 over n + 1 entries."""
+    low = 0
+    high = n
+    while high - low > 1:
+        middle = (low + high) >> 1
+        if load_f32(cdf, start + middle) <= u:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@device
+def _map_pdf(table, column, row):
+    """Density by solid angle in a pixel of the map."""
+    n = table.width
+    at = row * (n + 1) + column
+    p = load_f32(table.marginal, row + 1) - load_f32(table.marginal, row)
+    p *= load_f32(table.conditional, at + 1) - load_f32(table.conditional, at)
+    return p * n / (2.0 * math.pi * (_row_height(row + 1, table.height) - _row_height(row, table.height)))
+
+
+@device
+def _map_direction(table, u0, u1):
+    row = _find(table.marginal, 0, table.height, u1)
+    at = row * (table.width + 1)
+    column = _find(table.conditional, at, table.width, u0)
+    low = load_f32(table.marginal, row)
+    t = min((u1 - low) / max(load_f32(table.marginal, row + 1) - low, 1e-30), 1.0)
+    z = _row_height(row, table.height)
+    z += t * (_row_height(row + 1, table.height) - z)
+    low = load_f32(table.conditional, at + column)
+    s = min((u0 - low) / max(load_f32(table.conditional, at + column + 1) - low, 1e-30), 1.0)
+    return world_direction((column + s) / table.width, z)
+
+
+@device
+def _density(table, d):
+    """Density by solid angle of d under the mixture of map, sun and uniform sphere."""
+    pdf = table.uniform / (4.0 * math.pi)
+    if table.map > 0.0:
+        u = 0.5 - math.atan2(d[1], d[0]) / (2.0 * math.pi)
+        v = 1.0 - math.acos(min(max(d[2], -1.0), 1.0)) / math.pi
+        column = min(max(int(u * table.width), 0), table.width - 1)
+        row = min(max(int(v * table.height), 0), table.height - 1)
+        pdf += table.map * _map_pdf(table, column, row)
+    if table.sun > 0.0:
+        off = sub(d, vec(table.sun_direction))
+        if 0.5 * dot(off, off) <= table.sun_one_minus_cos:
+            pdf += table.sun / (2.0 * math.pi * table.sun_one_minus_cos)
+    return pdf
+
+
+@device
+def sample_world(scene, sp, scratch, u0, u1, u2, ls):
+    """Choose a direction; ls.pdf leaves out the choice between lamps, triangles and world."""
+    table = world_table_at(scene.world_table, 0)
+    if sp.depth > table.max_bounces:
+        return False
+    if u2 < table.map:
+        d = _map_direction(table, u0, u1)
+    elif u2 < table.map + table.sun:
+        d = cone(vec(table.sun_direction), table.sun_one_minus_cos, u0, u1)
+    else:
+        d = cone((0.0, 0.0, 1.0), 2.0, u0, u1)
+    point = shadow_point(scratch, sp)
+    world_point(scene, point, d)
+    put(ls.radiance, run_emission(scene, point))
+    ls.light = -2
+    ls.flags = LIGHT_SAMPLE_NO_SHADOW if table.no_shadow else 0
+    ls.visibility = scene.world_visibility
+    ls.instance = -1
+    ls.primitive = -1
+    put(ls.wi, d)
+    put(ls.p, d)
+    put(ls.ng, neg(d))
+    ls.distance = math.inf
+    ls.pdf = _density(table, d)
+    ls.uv[0] = 0.0
+    ls.uv[1] = 0.0
+    return True
+
+
+@device
+def world_pdf(scene, d):
+    """light_sample's density for direction d; 0 where the world is never sampled."""
+    if scene.world_table == 0 or scene.light_table == 0:
+        return 0.0
+    share = light_table_at(scene.light_table, 0).world
+    if share == 0.0:
+        return 0.0
+    return share * _density(world_table_at(scene.world_table, 0), d)
+
+
+@device
+def world_radiance(scene, scratch, sp, o, d):
+    """(red, green, blue) of the world as a ray from o along d sees it.
+
+    sp is the path's state (depths and RAY_* bits; sp.depth counts the bounces of this ray); it may be the shadow
+    point itself.
+    """
+    flags = sp.ray_flags
+    if scene.world_material < 0 or not visible_to(scene.world_visibility, flags):
+        return (0.0, 0.0, 0.0)
+    if scene.world_table != 0 and sp.depth > world_table_at(scene.world_table, 0).max_bounces + 1:
+        return (0.0, 0.0, 0.0)
+    point = shadow_point(scratch, sp)
+    point.ray_flags = flags | RAY_EMISSION
+    world_point(scene, point, d)
+    return run_emission(scene, point)
+
+
+@kernel
+def bake_world(scene, scratch, values, width, height, first, last):
+    """Store the luminance that lights see of the world at the pixels of rows [first, last) of a map of float32."""
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    for row in range(first, last):
+        z = -math.cos(math.pi * (row + 0.5) / height)
+        for column in range(width):
+            point = shadow_point(scratch, sp)
+            world_point(scene, point, world_direction((column + 0.5) / width, z))
+            r, g, b = run_emission(scene, point)
+            y = luminance(r, g, b)
+            store_f32(values, row * width + column, y if 0.0 < y < 1e30 else 0.0)

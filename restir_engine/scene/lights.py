@@ -1,0 +1,221 @@
+"""All that emits, and the table by which kernels choose among it: lamps, emissive triangles, the world."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels import records as rec
+from ..kernels.lights.build import build_alias, measure_emission
+from ..kernels.memory import address
+from .lamps import LUMINANCE
+
+# Up to this number lamps are weighed against each other at every point that is lit.
+_WEIGH_AT_POINT = 32
+
+# Of the choice between lamps, triangles and world, the share that does not go by power: power says little about what
+# a point behind a wall or near a lamp sees.
+_EVEN = 0.3
+
+# Evaluations of programs that measuring textured emission of one mesh may take, and at most of one triangle.
+_MEASURES, _MEASURES_EACH = 400_000, 16
+
+
+class AliasTable:
+    """Weights made into an ALIAS table."""
+
+    def __init__(self, weights: np.ndarray) -> None:
+        weights = np.ascontiguousarray(weights, np.float64)
+        n = len(weights)
+        total = weights.sum()
+        if not total > 0.0:
+            weights, total = np.ones(n), float(n)
+        self.probabilities = weights / total
+        self.table = np.zeros(n, rec.ALIAS)
+        scratch = np.zeros(2 * n, np.float64)
+        build_alias(address(weights), n, address(self.table), address(scratch))
+
+
+class _Group:
+    """The emissive triangles of a mesh under one list of materials."""
+
+    def __init__(self, primitives: np.ndarray, weights: np.ndarray, n_triangles: int) -> None:
+        alias = AliasTable(weights)
+        self.power = float(weights.sum())
+        self.primitives = primitives.astype(np.int32)
+        self.alias = alias.table
+        self.probabilities = np.zeros(n_triangles, np.float32)
+        self.probabilities[primitives] = alias.probabilities
+
+    def fill(self, record: np.void) -> None:
+        record["n"] = len(self.primitives)
+        for name in ("alias", "primitives", "probabilities"):
+            record[name] = address(getattr(self, name))
+
+
+class LightTable:
+    """Lamps (LIGHT records, put here by sync) and what selection needs; `commit` builds it from the scene."""
+
+    def __init__(self) -> None:
+        self.lamps = np.zeros(0, rec.LIGHT)
+        self._record = np.zeros(1, rec.LIGHT_TABLE)
+        self._arrays: list = []
+
+    @property
+    def record(self) -> np.void:
+        """The LIGHT_TABLE record; valid after `commit`."""
+        return self._record[0]
+
+    def commit(self, scene) -> None:
+        """Build the table for the scene's lamps, instances and world, whose records must be in place."""
+        self._arrays = []
+        self._record[:] = np.zeros(1, rec.LIGHT_TABLE)
+        lamps = self._commit_lamps(scene)
+        triangles = self._commit_triangles(scene)
+        world = np.pi * scene.world.mean if scene.world.sampled else 0.0
+        shares = np.array([lamps, triangles, world])
+        if shares.sum() > 0.0:
+            present = shares > 0.0
+            shares = (1.0 - _EVEN) * shares / shares.sum() + _EVEN * present / present.sum()
+        for name, share in zip(("lamps", "triangles", "world"), shares, strict=True):
+            self._record[0][name] = share
+        scene.record["light_table"] = address(self._record)
+
+    def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
+        record[field] = address(array)
+        self._arrays.append(array)
+
+    # Lamps ------------------------------------------------------------------------------------------------
+
+    def _commit_lamps(self, scene) -> float:
+        """Put the lamps in order, suns last; returns about the irradiance that they send to the scene."""
+        suns = self.lamps["kind"] == rec.LIGHT_SUN
+        lamps = np.concatenate([self.lamps[~suns], self.lamps[suns]])
+        table, n = self._record[0], len(lamps)
+        table["n_local"] = n - int(suns.sum())
+        table["by_importance"] = n <= _WEIGH_AT_POINT
+        self._weigh_programs(scene, lamps)
+        self._share(scene.record, "lights", lamps)
+        scene.record["n_lights"] = n
+        if n == 0:
+            return 0.0
+        weights = lamps["importance"] / self._distances(scene, lamps) ** 2
+        alias = AliasTable(weights + 0.05 * weights.mean())
+        self._share(table, "lamp_alias", alias.table)
+        self._share(table, "lamp_probabilities", alias.probabilities)
+        return float(weights.sum())
+
+    @staticmethod
+    def _weigh_programs(scene, lamps: np.ndarray) -> None:
+        """Bring the emission of lamps' programs into their importance (which is that of their strength)."""
+        for lamp in lamps:
+            if lamp["material"] >= 0:
+                emission = scene.shaders.materials[lamp["material"]]["emission_estimate"] @ LUMINANCE
+                if emission > 0.0:
+                    lamp["importance"] *= emission
+
+    @staticmethod
+    def _distances(scene, lamps: np.ndarray) -> np.ndarray:
+        """About how far from each lamp things are that it lights; 1 for suns."""
+        result = np.ones(len(lamps))
+        places = scene.instances["location"][:: max(1, len(scene.instances) // 256)]
+        local = np.flatnonzero(lamps["kind"] != rec.LIGHT_SUN)
+        for chunk in np.array_split(local, max(1, len(local) // 1024)):
+            if len(places) and len(chunk):
+                offsets = lamps["center"][chunk, None, :] - places[None]
+                nearest = np.sqrt((offsets**2).sum(axis=2).min(axis=1))
+                result[chunk] = np.maximum(nearest, np.maximum(lamps["radius"][chunk], 1e-3))
+        return result
+
+    # Emissive triangles -----------------------------------------------------------------------------------
+
+    def _commit_triangles(self, scene) -> float:
+        """The tables of emissive instances; returns about the irradiance that they send to the scene."""
+        instances, materials = scene.instances, scene.shaders.materials
+        instances["lights"] = -1
+        emits = ((materials["flags"] & rec.MATERIAL_EMITS) != 0) & (materials["emission_sampling"] != 0)
+        if not len(instances) or not emits.any():
+            return 0.0
+        counts = np.concatenate([[0], np.cumsum(emits[scene.material_slots])])
+        start = instances["materials"]
+        candidates = np.flatnonzero(counts[start + instances["n_materials"]] > counts[start])
+        groups: dict[tuple, int] = {}
+        built: list[_Group] = []
+        emitters = np.zeros(len(candidates), rec.EMITTER)
+        used = 0
+        for index in candidates:
+            instance = instances[index]
+            slots = scene.material_slots[instance["materials"] : instance["materials"] + instance["n_materials"]]
+            key = (int(instance["mesh"]), slots.tobytes())
+            if key not in groups:
+                groups[key] = len(built)
+                built.append(self._group(scene, index, slots, emits))
+            if built[groups[key]].power > 0.0:
+                emitters[used]["instance"], emitters[used]["group"] = index, groups[key]
+                used += 1
+        if used == 0:
+            return 0.0
+        emitters = emitters[:used].copy()
+        table = self._record[0]
+        records = np.zeros(len(built), rec.EMITTER_GROUP)
+        for record, group in zip(records, built, strict=True):
+            group.fill(record)
+        self._arrays.extend(built)
+        # Areas grow with the square of the mean scale.
+        linear = instances["to_world"][emitters["instance"]].reshape(-1, 3, 4)[:, :, :3]
+        growth = np.abs(np.linalg.det(linear)) ** (2.0 / 3.0)
+        power = growth * np.array([built[group].power for group in emitters["group"]])
+        alias = AliasTable(power)
+        emitters["probability"] = alias.probabilities
+        instances["lights"][emitters["instance"]] = np.arange(used)
+        table["n_emitters"] = used
+        self._share(table, "emitter_alias", alias.table)
+        self._share(table, "emitters", emitters)
+        self._share(table, "groups", records)
+        bounds = scene.record["bounds"]
+        size2 = float(((bounds[3:] - bounds[:3]) ** 2).sum()) / 16.0
+        return float(power.sum()) / max(size2, 1e-12)
+
+    def _group(self, scene, index: int, slots: np.ndarray, emits: np.ndarray) -> _Group:
+        """The emissive triangles of an instance's mesh, weighed by area and luminance (watt by steradian, about)."""
+        mesh, materials = scene.meshes[scene.instances[index]["mesh"]], scene.shaders.materials
+        per_slot = materials["emission_estimate"][slots] @ LUMINANCE
+        sampling = materials["emission_sampling"][slots]
+        varying = (materials["flags"][slots] & rec.MATERIAL_VARYING_EMISSION) != 0
+        emitting = emits[slots] & (varying | (per_slot > 0.0))
+        if mesh.material_slots is None or len(slots) == 1:
+            primitives = np.arange(len(mesh.triangles)) if emitting[0] else np.zeros(0, np.int64)
+            slot = np.zeros(len(primitives), np.int64)
+        else:
+            slot = np.clip(mesh.material_slots, 0, len(slots) - 1)
+            primitives = np.flatnonzero(emitting[slot])
+            slot = slot[primitives]
+        if len(primitives) == 0:
+            return _Group(primitives, np.zeros(0), len(mesh.triangles))
+        luminance = per_slot[slot]
+        for k in np.flatnonzero(varying & emitting):
+            chosen = np.flatnonzero(slot == k)
+            if len(chosen):
+                luminance[chosen] = self._measured(scene, index, primitives[chosen])
+        sides = np.where((sampling == 2) | (sampling == 3), 1.0, 2.0)[slot]
+        weights = luminance * sides * _areas(mesh, primitives)
+        return _Group(primitives, weights, len(mesh.triangles))
+
+    @staticmethod
+    def _measured(scene, index: int, primitives: np.ndarray) -> np.ndarray:
+        """Mean luminance of triangles whose emission varies, mixed with that of all: a few points may miss some."""
+        primitives = np.ascontiguousarray(primitives, np.int32)
+        values = np.zeros(len(primitives))
+        points = int(np.clip(_MEASURES // len(primitives), 1, _MEASURES_EACH))
+        scratch = np.zeros(rec.SCRATCH_BYTES, np.uint8)
+        measure_emission(
+            scene.record, address(scratch), int(index), address(primitives), len(primitives), points, address(values)
+        )
+        mean = values.mean()
+        return 0.9 * values + 0.1 * mean if mean > 0.0 else np.full(len(values), 1e-6)
+
+
+def _areas(mesh, primitives: np.ndarray) -> np.ndarray:
+    """Object-space areas of triangles, float64."""
+    corners = mesh.vertices[mesh.triangles[primitives]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return 0.5 * np.sqrt(np.einsum("ij,ij->i", normals, normals, dtype=np.float64))

@@ -1,0 +1,114 @@
+"""Compiled loops over light sampling, for tests."""
+
+import numpy as np
+
+from restir_engine.kernels import rng
+from restir_engine.kernels.jit import kernel
+from restir_engine.kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
+from restir_engine.kernels.memory import address, load_f64, store_f64
+from restir_engine.kernels.records import (
+    SCRATCH_BYTES,
+    SCRATCH_LIGHT_SAMPLE,
+    SCRATCH_POINT,
+    light_sample_at,
+    shading_point_at,
+)
+from restir_engine.kernels.vec import load3_f64, put, store3_f64, vec
+from restir_engine.kernels.world import world_pdf, world_radiance
+
+
+@kernel
+def draw_kernel(scene, scratch, x, y, z, seed, n, out):
+    """n samples for the point (x, y, z): [drawn, wi, pdf, radiance, light, instance, primitive, distance] each."""
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    put(sp.p, (x, y, z))
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    for i in range(n):
+        u0, u1 = rng.sample2(seed, i, 0)
+        u2 = rng.sample1(seed, i, 1)
+        row = 12 * i
+        if light_sample(scene, sp, scratch, u0, u1, u2):
+            store_f64(out, row, 1.0)
+            store3_f64(out, row + 1, vec(ls.wi))
+            store_f64(out, row + 4, ls.pdf)
+            store3_f64(out, row + 5, vec(ls.radiance))
+            store_f64(out, row + 8, float(ls.light))
+            store_f64(out, row + 9, float(ls.instance))
+            store_f64(out, row + 10, float(ls.primitive))
+            store_f64(out, row + 11, ls.distance)
+
+
+@kernel
+def seen_kernel(scene, scratch, x, y, z, flags, directions, n, out):
+    """What the lamps, suns and the world send along n directions to (x, y, z): [rgb, sum of densities] each."""
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    sp.ray_flags = flags
+    o = (x, y, z)
+    for i in range(n):
+        d = load3_f64(directions, 3 * i)
+        r, g, b = world_radiance(scene, scratch, sp, o, d)
+        density = world_pdf(scene, d)
+        t = 0.0
+        light, t = lights_intersect(scene, o, d, t, 1e30, flags)
+        while light >= 0:
+            lr, lg, lb, pdf = light_radiance(scene, scratch, sp, light, o, d, t)
+            r += lr
+            g += lg
+            b += lb
+            density += pdf
+            light, t = lights_intersect(scene, o, d, t * (1.0 + 1e-9), 1e30, flags)
+        light = sun_next(scene, d, 0, flags)
+        while light >= 0:
+            lr, lg, lb, pdf = light_radiance(scene, scratch, sp, light, o, d, 1e30)
+            r += lr
+            g += lg
+            b += lb
+            density += pdf
+            light = sun_next(scene, d, light + 1, flags)
+        store3_f64(out, 4 * i, (r, g, b))
+        store_f64(out, 4 * i + 3, density)
+
+
+@kernel
+def triangle_kernel(scene, scratch, x, y, z, samples, n, out):
+    """triangle_pdf of n samples of `draw_kernel`, found again as points of the triangles."""
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    o = (x, y, z)
+    for i in range(n):
+        row = 12 * i
+        sp.instance = int(load_f64(samples, row + 9))
+        sp.primitive = int(load_f64(samples, row + 10))
+        sp.material = 0
+        d = load3_f64(samples, row + 1)
+        t = load_f64(samples, row + 11)
+        put(sp.p, (x + t * d[0], y + t * d[1], z + t * d[2]))
+        store_f64(out, i, triangle_pdf(scene, sp, o))
+
+
+def scratch_memory() -> np.ndarray:
+    return np.zeros(SCRATCH_BYTES, np.uint8)
+
+
+def draw(scene, point, n=20_000, seed=1) -> np.ndarray:
+    out = np.zeros((n, 12))
+    memory = scratch_memory()
+    draw_kernel(scene.record, address(memory), *map(float, point), seed, n, address(out))
+    return out
+
+
+def seen(scene, point, directions, flags=8) -> np.ndarray:
+    """[rgb, density] along directions (n, 3); flags: RAY_* of the rays (diffuse)."""
+    directions = np.ascontiguousarray(directions, float)
+    out = np.zeros((len(directions), 4))
+    memory = scratch_memory()
+    seen_kernel(
+        scene.record, address(memory), *map(float, point), flags, address(directions), len(directions), address(out)
+    )
+    return out
+
+
+def triangle_densities(scene, point, samples) -> np.ndarray:
+    out = np.zeros(len(samples))
+    memory = scratch_memory()
+    triangle_kernel(scene.record, address(memory), *map(float, point), address(samples), len(samples), address(out))
+    return out
