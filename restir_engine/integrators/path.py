@@ -7,6 +7,7 @@ does not count as a bounce, Russian roulette by the square root of the throughpu
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -72,8 +73,10 @@ from ..kernels.records import (
 from ..kernels.shader_vm import shader_eval
 from ..kernels.vec import average, dot, length, max3, mul, normalize, put, scale, sub, transform_point, vec
 from ..kernels.world import world_pdf, world_radiance
-from ..scene.scene import Scene
 from ..settings import RenderSettings, filter_table
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
 
 FAR = 1.0e30
 LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
@@ -355,7 +358,7 @@ def share(part, whole):
 @device
 def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
     """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque."""
-    o = offset_origin(vec(sp.p), vec(sp.ng), wi)
+    o = offset_origin(sp, wi)
     d = wi
     tmax = FAR
     if distance < FAR:
@@ -420,7 +423,7 @@ def bounce(scene, integrator, path, sp):
     if path.bounce == 0:
         put(path.diffuse_weight, (share(f[0], total[0]), share(f[1], total[1]), share(f[2], total[2])))
         put(path.glossy_weight, (share(f[3], total[0]), share(f[4], total[1]), share(f[5], total[2])))
-    put(path.o, offset_origin(vec(sp.p), vec(sp.ng), wi))
+    put(path.o, offset_origin(sp, wi))
     put(path.d, normalize(wi))
     path.tmin = 0.0
     path.dp = sp.dp

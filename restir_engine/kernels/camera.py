@@ -12,8 +12,8 @@ def camera_ray(camera, x, y, lens_u, lens_v):
     """A ray through the point (x, y) of the film: (o, d, dp, dd).
 
     x, y: pixels from the film's lower left corner; lens_u, lens_v: uniform numbers. d is a unit vector and o lies on
-    the near clipping plane (for a panorama: sphere). dp is the radius of the ray's footprint at o, dd its growth by unit
-    of distance: the mean over both image axes of how much the neighbouring pixel's ray differs (Igehy 1999,
+    the near clipping plane (for a panorama: sphere). dp is the radius of the ray's footprint at o, dd its growth by
+    unit of distance: the mean over both image axes of how much the neighbouring pixel's ray differs (Igehy 1999,
     reduced to a cone).
     """
     px = x + camera.region_x
@@ -103,7 +103,7 @@ def _spread(d, right, up):
 
 @device
 def _lens_point(camera, u, v):
-    """A point of the lens, uniform by area: a disk, or a regular polygon whose first corner lies at the rotation."""
+    """A point of the lens, uniform by area: a disk, or a regular polygon with a side facing the rotation."""
     if camera.blades < 3:
         angle = 2.0 * math.pi * u
         x = math.sqrt(v)

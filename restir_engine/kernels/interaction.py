@@ -18,10 +18,11 @@ from .vec import (
     transform_normal,
     transform_point,
     transform_vector,
+    vec,
 )
 
-# What single precision (Embree's rays, vertices and matrices) may be wrong by, relative to a coordinate: sixteen units of
-# the last place. Four are the worst measured for a ray that starts on a triangle through an instance's matrix.
+# What single precision (Embree's rays, vertices and matrices) may be wrong by, relative to the largest of the numbers
+# that a position is worked out from: sixteen units of the last place.
 POSITION_ERROR = 16.0 * 2.0**-24
 
 
@@ -66,6 +67,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     sp.u = u
     sp.v = v
     put(sp.p, p)
+    sp.error = POSITION_ERROR * _magnitude(placed.to_world, max(largest(a), max(largest(ab), largest(ac))))
     put(sp.n, n)
     put(sp.ng, ng)
     put(sp.wo, wo)
@@ -96,11 +98,22 @@ def _material(scene, placed, mesh, primitive):
 
 
 @device
-def offset_origin(p, ng, wi):
-    """The origin of a ray that leaves p towards wi, off the surface with normal ng on the side of wi.
+def largest(a):
+    """The largest absolute component."""
+    return max(abs(a[0]), max(abs(a[1]), abs(a[2])))
 
-    The distance is the error of a position of this size; that of a position near the world's origin is taken for 1/8.
-    """
-    size = max(0.125, max(abs(p[0]), max(abs(p[1]), abs(p[2]))))
-    distance = POSITION_ERROR * size
-    return madd(p, ng, distance if dot(ng, wi) >= 0.0 else -distance)
+
+@device
+def _magnitude(m, size):
+    """A bound of the terms that add up to the image of a point whose coordinates are not larger than `size`."""
+    x = (abs(m[0]) + abs(m[1]) + abs(m[2])) * size + abs(m[3])
+    y = (abs(m[4]) + abs(m[5]) + abs(m[6])) * size + abs(m[7])
+    z = (abs(m[8]) + abs(m[9]) + abs(m[10])) * size + abs(m[11])
+    return max(x, max(y, z))
+
+
+@device
+def offset_origin(sp, wi):
+    """The origin of a ray that leaves the surface towards wi: off it by the position's error, on the side of wi."""
+    ng = vec(sp.ng)
+    return madd(vec(sp.p), ng, sp.error if dot(ng, wi) >= 0.0 else -sp.error)

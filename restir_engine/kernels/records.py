@@ -155,6 +155,7 @@ SHADING_POINT = _record(
     ("v", 1),
     ("time", 1),
     ("p", 3),
+    ("error", 1),  # what p and a ray from p may be wrong by in single precision
     ("n", 3),  # shading normal, on the side of wo's geometric side
     ("ng", 3),  # geometric normal, flipped to the side of wo
     ("wo", 3),  # unit, towards where the ray came from

@@ -35,9 +35,9 @@ def usable(matrices: np.ndarray) -> np.ndarray:
 def build_instances(matrices: np.ndarray, meshes: np.ndarray, **columns: np.ndarray) -> np.ndarray:
     """The INSTANCE array of n placements.
 
-    matrices: object to world, (n, 12) or (n, 4, 4), all `usable`; meshes: indices (n,); columns: any other field of INSTANCE,
-    one row an instance or one value for all. What is derived (inverse, location, mirroring) is filled in; an instance has
-    no emissive triangles until the light table gives it some.
+    matrices: object to world, (n, 12) or (n, 4, 4), all `usable`; meshes: indices (n,); columns: any other field of
+    INSTANCE, one row an instance or one value for all. What is derived (inverse, location, mirroring) is filled in; an
+    instance has no emissive triangles until the light table gives it some.
     """
     matrices = np.asarray(matrices, np.float64)
     if matrices.ndim == 3:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..kernels.memory import address
-from ..kernels.records import ATTRIBUTE, DOMAIN_CORNER, DOMAIN_POINT, MESH
+from ..kernels.records import ATTRIBUTE, DOMAIN_POINT, MESH
 
 
 @dataclass
@@ -36,8 +36,8 @@ def attribute_table(attributes: list[Attribute]) -> np.ndarray:
 class Mesh:
     """The arrays of a MESH record; None where the record allows an address of 0.
 
-    `vertices` may be any (n, 3); it is kept with 16 readable bytes behind the last row, which Embree asks for. Corners and polygons
-    left out stand for a mesh of separate triangles: three corners and one polygon each, in order.
+    `vertices` may be any (n, 3); it is kept with 16 readable bytes behind the last row, which Embree asks for. Corners
+    and polygons left out stand for a mesh of separate triangles: three corners and one polygon each, in order.
     """
 
     vertices: np.ndarray
@@ -105,6 +105,7 @@ def empty_vertices(count: int) -> np.ndarray:
 
 def padded(vertices: np.ndarray) -> np.ndarray:
     """`vertices` itself when it is a view that `empty_vertices` made, else a copy that is."""
+    vertices = np.asarray(vertices)
     base = vertices.base
     if (
         isinstance(base, np.ndarray)

@@ -1,7 +1,7 @@
 """Names of attributes that are no name of an artist's: what `Scene.attribute_name` is asked for besides those.
 
-An artist's attribute is interned by its own name. Names made here begin with a character that Blender does not let into one.
-A mesh has the attributes that had been asked for when it was read, and all its UV maps.
+An artist's attribute is interned by its own name. Names made here begin with a character that Blender does not let
+into one. A mesh has the attributes that had been asked for when it was read, and all its UV maps.
 """
 
 UV = ""  # the render UV map

@@ -1,4 +1,4 @@
-"""The hashes by which Cycles turns names and indices into "random" numbers (Jenkins' lookup3), on arrays or integers."""
+"""The hashes by which Cycles turns names and indices into "random" numbers (Jenkins' lookup3)."""
 
 import numpy as np
 

@@ -1,7 +1,7 @@
 """Evaluated meshes → `Mesh`, at the speed of copying memory.
 
-Only properties that Blender hands out as whole arrays are read (attributes' own values, `loop_triangles.loops`, `corner_normals`, …): anything
-behind a getter costs fifty times as much.
+Only properties that Blender hands out as whole arrays are read (attributes' own values, `loop_triangles.loops`,
+`corner_normals`, …): anything behind a getter costs fifty times as much.
 """
 
 import ctypes
@@ -107,7 +107,7 @@ def _read(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray:
 
 
 def _byte_colors(elements) -> np.ndarray:
-    """sRGB bytes to linear floats. Blender converts one by one; where the bytes lie in one block they are read as such."""
+    """sRGB bytes to linear floats. Blender converts one by one; bytes that lie in one block are read as such."""
     count = len(elements)
     if count == 0:
         return np.zeros((0, 4), np.float32)
@@ -162,7 +162,7 @@ def _read_material_slots(mesh: Mesh, data) -> None:
 
 
 def _read_texture_space(mesh: Mesh, data, deformed: bool) -> None:
-    """generated = (p - offset) * scale is 0 … 1 over the texture space; a direction without extent is 0.5 throughout."""
+    """generated = (p - offset) * scale is 0 … 1 over the texture space; a direction without extent is 0.5."""
     centre = np.array(data.texspace_location, np.float64)
     size = np.array(data.texspace_size, np.float64)
     scale = np.where(size != 0.0, 0.5 / np.where(size != 0.0, size, 1.0), 1e-12)

@@ -25,7 +25,7 @@ RAY_VISIBILITY = {
 
 
 def ray_visibility(instance, view_layer) -> int:
-    """RAY_* bits of the rays that see an entry of `depsgraph.object_instances`: what both it and its instancer allow."""
+    """RAY_* bits of the rays that see an entry of `depsgraph.object_instances`: what it and its instancer allow."""
     owner = instance.instance_object if instance.is_instance else instance.object
     visibility = _flags(owner or instance.object)
     parent = instance.parent
