@@ -6,6 +6,7 @@ enter at once, which a viewport beside a final render does.
 """
 
 import numba
+from numba.core import types
 
 from . import cache
 
@@ -14,9 +15,22 @@ def _compile(function):
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache.module_folder(function.__module__))
     try:
-        return numba.njit(nogil=True, cache=True, error_model="numpy")(function)
+        return _without_literals(numba.njit(nogil=True, cache=True, error_model="numpy")(function))
     finally:
         numba.config.CACHE_DIR = before
+
+
+def _without_literals(dispatcher):
+    """Let f(x, 1) and f(x, 2) be the same compiled function: Numba would compile one for each constant."""
+    resolve = dispatcher.get_call_template
+
+    def get_call_template(args, kws):
+        return resolve(
+            tuple(types.unliteral(arg) for arg in args), {name: types.unliteral(arg) for name, arg in kws.items()}
+        )
+
+    dispatcher.get_call_template = get_call_template
+    return dispatcher
 
 
 def kernel(function):
