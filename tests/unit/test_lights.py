@@ -1,4 +1,4 @@
-"""Light sampling against densities, solid angles and closed forms. Errors are bounded by 4 standard errors unless said."""
+"""Light sampling against densities, solid angles and closed forms, within 4 standard errors unless said."""
 
 import math
 
