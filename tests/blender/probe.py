@@ -1,0 +1,138 @@
+"""What a node's output is at every pixel: Cycles' answer as emission, and ours at the point that our camera ray hits."""
+
+import tempfile
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from restir_engine.kernels import records as rec
+from restir_engine.kernels.attributes import attribute, generated
+from restir_engine.kernels.camera import camera_ray
+from restir_engine.kernels.interaction import surface_point
+from restir_engine.kernels.intersect import intersect
+from restir_engine.kernels.jit import device, kernel
+from restir_engine.kernels.memory import address, store_f64
+from restir_engine.kernels.records import instance_at
+from restir_engine.kernels.vec import store3_f64, vec
+
+COLUMNS = {
+    "instance": 0,
+    "primitive": 1,
+    "material": 2,
+    "backfacing": 3,
+    "t": 4,
+    "p": slice(5, 8),
+    "n": slice(8, 11),
+    "ng": slice(11, 14),
+    "generated": slice(14, 17),
+    "found": 17,
+    "attribute": slice(18, 22),
+    "random": 22,
+    "o": slice(23, 26),
+    "d": slice(26, 29),
+    "dd": 29,
+}
+WIDTH = 30
+
+
+@device
+def _store_hit(scene, sp, name, out):
+    store3_f64(out, 5, vec(sp.p))
+    store3_f64(out, 8, vec(sp.n))
+    store3_f64(out, 11, vec(sp.ng))
+    store3_f64(out, 14, generated(scene, sp, 0.0, 0.0))
+    found, x, y, z, w = attribute(scene, sp, name, 0.0, 0.0)
+    store_f64(out, 17, 1.0 if found else 0.0)
+    store3_f64(out, 18, (x, y, z))
+    store_f64(out, 21, w)
+    store_f64(out, 22, instance_at(scene.instances, sp.instance).random)
+
+
+@kernel
+def _trace(scene, camera, sp, scratch, width, height, mask, name, out):
+    for y in range(height):
+        for x in range(width):
+            at = out + 8 * WIDTH * (y * width + x)
+            o, d, dp, dd = camera_ray(camera, x + 0.5, y + 0.5, 0.5, 0.5)
+            t, instance, primitive, u, v = intersect(scene, scratch, o, d, 0.0, 1e30, mask)
+            store_f64(at, 0, float(instance))
+            store3_f64(at, 23, o)
+            store3_f64(at, 26, d)
+            store_f64(at, 29, dd)
+            if instance >= 0:
+                surface_point(scene, sp, instance, primitive, u, v, t, d)
+                store_f64(at, 1, float(primitive))
+                store_f64(at, 2, float(sp.material))
+                store_f64(at, 3, float(sp.backfacing))
+                store_f64(at, 4, t)
+                _store_hit(scene, sp, name, at)
+
+
+def ours(scene, attribute_name: str = "", mask: int = rec.RAY_CAMERA) -> dict[str, np.ndarray]:
+    """COLUMNS for each pixel of a committed scene, (height, width, …) bottom row first."""
+    width, height = scene.camera.film_size
+    camera, sp = np.zeros(1, rec.CAMERA), np.zeros(1, rec.SHADING_POINT)
+    camera[0] = scene.camera.record()
+    scratch = np.zeros(rec.SCRATCH_BYTES + 64, np.uint8)
+    start = address(scratch) + -address(scratch) % 64
+    out = np.zeros((height, width, WIDTH))
+    name = scene.attribute_names.get(attribute_name, -1)
+    _trace(scene.record, camera[0], sp[0], start, width, height, mask, name, address(out))
+    return {key: out[..., column] for key, column in COLUMNS.items()}
+
+
+def emission_material(build, scale: float = 1.0, offset: float = 0.0) -> bpy.types.Material:
+    """A material that emits what the socket that build(nodes) returns says, times scale plus offset."""
+    material = bpy.data.materials.new("Probe")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    emission = tree.nodes.new("ShaderNodeEmission")
+    multiply_add = tree.nodes.new("ShaderNodeVectorMath")
+    multiply_add.operation = "MULTIPLY_ADD"
+    multiply_add.inputs[1].default_value = (scale,) * 3
+    multiply_add.inputs[2].default_value = (offset,) * 3
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(build(tree.nodes), multiply_add.inputs[0])
+    tree.links.new(multiply_add.outputs[0], emission.inputs["Color"])
+    tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def cycles() -> np.ndarray:
+    """The current scene by Cycles, one sample in the middle of each pixel: (height, width, 4), bottom row first."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    settings = scene.cycles
+    settings.device = "CPU"
+    settings.samples = 1
+    settings.use_adaptive_sampling = False
+    settings.use_denoising = False
+    settings.pixel_filter_type = "BLACKMAN_HARRIS"
+    settings.filter_width = 0.01
+    settings.max_bounces = 0
+    settings.sample_clamp_direct = settings.sample_clamp_indirect = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.image_settings.file_format = "OPEN_EXR"
+        scene.render.image_settings.color_depth = "32"
+        scene.render.image_settings.color_mode = "RGBA"
+        scene.render.filepath = str(Path(folder) / "probe.exr")
+        bpy.ops.render.render(write_still=True)
+        image = bpy.data.images.load(scene.render.filepath)
+        image.colorspace_settings.is_data = True
+        width, height = image.size
+        pixels = np.empty((height, width, 4), np.float32)
+        image.pixels.foreach_get(pixels.ravel())
+        bpy.data.images.remove(image)
+    return pixels
+
+
+def probe(build, low: float = 0.0, high: float = 1.0) -> np.ndarray:
+    """Cycles' values (height, width, 3) of the socket that build(nodes) returns, on every object; they lie in low … high."""
+    scale = 1.0 / (high - low)
+    material = emission_material(build, scale, -low * scale)
+    bpy.context.view_layer.material_override = material
+    values = cycles()[..., :3] / scale + low
+    bpy.context.view_layer.material_override = None
+    return values

@@ -1,0 +1,217 @@
+"""Cameras against Blender's projection and, pixel by pixel, against the points that Cycles' camera rays hit."""
+
+import math
+
+import bpy
+import numpy as np
+import probe
+import pytest
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Vector
+
+from restir_engine.scene.errors import SceneError
+from restir_engine.scene.warnings import Warnings
+from restir_engine.sync.camera import sync_camera
+from restir_engine.sync.depsgraph import build_scene
+
+EXTENT = 8.0
+
+
+def position(nodes):
+    return nodes.new("ShaderNodeNewGeometry").outputs["Position"]
+
+
+@pytest.fixture
+def room():
+    """The inside of a cube around a camera that is turned and scaled."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.mesh.primitive_cube_add(size=2 * EXTENT)
+    data = bpy.data.cameras.new("Camera")
+    camera = bpy.data.objects.new("Camera", data)
+    camera.location = (0.3, -0.4, 0.2)
+    camera.rotation_euler = (1.2, 0.1, 0.4)
+    camera.scale = (2.0, 2.0, 2.0)
+    scene = bpy.context.scene
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = 16, 12
+    scene.render.resolution_percentage = 100
+    return scene
+
+
+def panorama(data):
+    """Where the running Blender keeps the settings of panoramas."""
+    return data if hasattr(data, "panorama_type") else data.cycles
+
+
+def assert_same_rays():
+    """Cycles' points lie on our rays, within the pixel filter's 0.005 pixels."""
+    expected = probe.probe(position, -10.0, 10.0)
+    found = probe.ours(build_scene(bpy.context.evaluated_depsgraph_get(), None))
+    assert found["p"].shape == expected.shape
+    away = expected - found["o"]
+    along = (away * found["d"]).sum(axis=-1)
+    aside = np.linalg.norm(away - along[..., None] * found["d"], axis=-1)
+    pixel = np.maximum(along * found["dd"], 0.0) + 1e-3
+    assert (along > 0.0).all()
+    assert (aside / pixel).max() < 0.02
+    # A ray beside an edge of the room may hit the other wall.
+    same = np.linalg.norm(found["p"] - expected, axis=-1) < 0.02
+    assert same.mean() > 0.98
+
+
+@pytest.mark.parametrize("fit", ["AUTO", "HORIZONTAL", "VERTICAL"])
+@pytest.mark.parametrize("size", [(16, 12), (9, 15)])
+def test_perspective(room, fit, size):
+    room.render.resolution_x, room.render.resolution_y = size
+    data = room.camera.data
+    data.sensor_fit, data.shift_x, data.shift_y = fit, 0.15, -0.1
+    data.sensor_width, data.sensor_height, data.lens = 32.0, 20.0, 28.0
+    assert_same_rays()
+
+
+@pytest.mark.parametrize("fit", ["AUTO", "HORIZONTAL", "VERTICAL"])
+def test_orthographic(room, fit):
+    data = room.camera.data
+    data.type, data.ortho_scale, data.sensor_fit = "ORTHO", 5.0, fit
+    data.shift_x, data.shift_y = -0.2, 0.1
+    assert_same_rays()
+
+
+@pytest.mark.parametrize("limits", [None, (-1.0, 2.0, -0.5, 1.2)])
+def test_panorama(room, limits):
+    data = room.camera.data
+    data.type = "PANO"
+    settings = panorama(data)
+    settings.panorama_type = "EQUIRECTANGULAR"
+    if limits:
+        settings.longitude_min, settings.longitude_max, settings.latitude_min, settings.latitude_max = limits
+    assert_same_rays()
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO", "PANO"])
+def test_pixel_aspect_border_and_percentage(room, kind):
+    room.camera.data.type = kind
+    if kind == "PANO":
+        panorama(room.camera.data).panorama_type = "EQUIRECTANGULAR"
+    render = room.render
+    render.resolution_x, render.resolution_y, render.resolution_percentage = 43, 31, 50
+    render.pixel_aspect_x, render.pixel_aspect_y = 1.0, 1.7
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.3, 0.91, 0.12, 0.7
+    assert_same_rays()
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO", "PANO"])
+def test_clip_start(room, kind):
+    """A wall before the near clipping plane is not seen."""
+    bpy.ops.mesh.primitive_cube_add(size=1.0, location=room.camera.location)
+    room.camera.data.type = kind
+    if kind == "PANO":
+        panorama(room.camera.data).panorama_type = "EQUIRECTANGULAR"
+    room.camera.data.ortho_scale = 0.5
+    room.camera.data.clip_start = 3.0
+    assert_same_rays()
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
+def test_projection(room, kind):
+    """Rays through the places where Blender projects points go through these points."""
+    data = room.camera.data
+    data.type, data.shift_x, data.shift_y, data.sensor_fit = kind, 0.1, 0.2, "VERTICAL"
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    camera = sync_camera(depsgraph, Warnings())
+    record = camera.record()
+    to_camera = record["to_camera"].reshape(3, 4)
+    for point in np.random.default_rng(1).uniform(-5.0, 5.0, (20, 3)):
+        u, v, depth = world_to_camera_view(room, room.camera, Vector(point))
+        x, y, z = to_camera @ (*point, 1.0)
+        left, right, bottom, top = record["screen"]
+        distance = 1.0 if kind == "ORTHO" else -z
+        assert (x / distance - left) / (right - left) == pytest.approx(u, abs=1e-5)
+        assert (y / distance - bottom) / (top - bottom) == pytest.approx(v, abs=1e-5)
+        assert -z == pytest.approx(depth, abs=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO", "PANO"])
+@pytest.mark.parametrize("blades", [0, 3, 6])
+def test_lens(room, kind, blades):
+    """The points of the lens that Cycles' rays come from, worked out from what they hit, fill our lens."""
+    data = room.camera.data
+    data.type, data.ortho_scale = kind, 0.001  # all orthographic rays look at one place
+    if kind == "PANO":
+        panorama(data).panorama_type = "EQUIRECTANGULAR"
+    room.render.resolution_x = room.render.resolution_y = 40
+    data.dof.use_dof = True
+    data.dof.aperture_fstop = 0.02 if kind != "ORTHO" else 0.7
+    data.dof.focus_distance, data.dof.aperture_blades, data.dof.aperture_rotation = 2.0, blades, 0.35
+    data.dof.aperture_ratio = 1.5
+    expected = probe.probe(position, -10.0, 10.0)
+    camera = sync_camera(bpy.context.evaluated_depsgraph_get(), Warnings())
+    assert camera.focus_distance == pytest.approx(2.0)
+    sharp = build_scene(bpy.context.evaluated_depsgraph_get(), None)
+    sharp.camera.aperture = 0.0
+    rays = probe.ours(sharp)
+    matrix = camera.record()["to_world"].reshape(3, 4)
+    axes, centre = matrix[:, :3], matrix[:, 3]
+    d = rays["d"]
+    if kind == "PANO":
+        focus = centre + 2.0 * d
+        first = -axes[:, 2] - (d @ -axes[:, 2])[..., None] * d
+        first /= np.linalg.norm(first, axis=-1, keepdims=True)
+        second = np.cross(d, first)
+        normal = d
+    else:
+        start = rays["o"] - camera.clip_start / -(d @ axes[:, 2])[..., None] * d
+        focus = start + 2.0 / -(d @ axes[:, 2])[..., None] * d
+        first, second, normal = np.broadcast_arrays(axes[:, 0], axes[:, 1], d)[:2] + [
+            np.broadcast_to(-axes[:, 2], d.shape)
+        ]
+        centre = start
+    line = focus - expected
+    line /= np.linalg.norm(line, axis=-1, keepdims=True)
+    back = ((centre - expected) * normal).sum(-1) / (line * normal).sum(-1)
+    lens = expected + back[..., None] * line - centre
+    x = ((lens * first).sum(-1) / camera.aperture).ravel() * 1.5
+    y = ((lens * second).sum(-1) / camera.aperture).ravel()
+    assert np.hypot(x, y).max() < 1.02
+    half = math.pi / blades if blades else 0.0
+    if blades:
+        normals = 0.35 + 2.0 * half * np.arange(blades)
+        assert (np.outer(x, np.cos(normals)) + np.outer(y, np.sin(normals))).max() < math.cos(half) + 0.02
+    moment = (2.0 + math.cos(2.0 * half)) / 6.0
+    assert np.mean(x * x + y * y) == pytest.approx(moment, abs=0.03)
+    assert abs(np.mean(x)) < 0.05 and abs(np.mean(y)) < 0.05
+
+
+def test_focus_object(room):
+    target = bpy.data.objects.new("Target", None)
+    room.collection.objects.link(target)
+    target.location = room.camera.location + Vector((0.0, 3.0, 1.0))
+    room.camera.data.dof.use_dof = True
+    room.camera.data.dof.focus_object = target
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    axis = room.camera.matrix_world.to_quaternion() @ Vector((0.0, 0.0, -1.0))
+    expected = axis.dot(target.location - room.camera.location)
+    assert sync_camera(depsgraph, Warnings()).focus_distance == pytest.approx(expected, rel=1e-5)
+
+
+def test_other_panoramas_become_equirectangular(room):
+    room.camera.data.type = "PANO"
+    panorama(room.camera.data).panorama_type = "MIRRORBALL"
+    warnings = Warnings()
+    camera = sync_camera(bpy.context.evaluated_depsgraph_get(), warnings)
+    assert camera.kind == "PANO" and camera.longitude == (-math.pi, math.pi)
+    assert "mirrorball" in warnings.lines()[0]
+
+
+def test_no_camera_and_no_pixels(room):
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    room.render.resolution_percentage = 5
+    depsgraph.update()
+    with pytest.raises(SceneError, match="resolution"):
+        sync_camera(depsgraph, Warnings())
+    room.render.resolution_percentage = 100
+    room.camera = None
+    with pytest.raises(SceneError, match="camera"):
+        sync_camera(bpy.context.evaluated_depsgraph_get(), Warnings())
