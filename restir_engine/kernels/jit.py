@@ -1,9 +1,12 @@
-"""The two decorators of compiled code: `kernel` is called from Python, `device` from kernels.
+"""The decorators of compiled code: `kernel` is called from Python, `device` from kernels, `entry` by its address.
 
 Both release the GIL, follow NumPy's error model (a division by zero gives inf) and keep their code on disk.
 No fastmath, no inlining hints, no `parallel=True`: Numba's threading layers abort when two Python threads
 enter at once, which a viewport beside a final render does.
 """
+
+from collections.abc import Callable
+from functools import cached_property
 
 import numba
 from numba.core import types
@@ -41,3 +44,34 @@ def kernel(function):
 def device(function):
     """Compile a function that kernels call."""
     return _compile(function)
+
+
+class Entry:
+    """A function of five int64 that returns nothing and that kernels call by `address` (memory.call_entry).
+
+    Its code is compiled when the address is first asked for, and never again inside its callers: for what is large,
+    rarely needed and not in the innermost loop. Records are passed by their address.
+    """
+
+    def __init__(self, function: Callable) -> None:
+        self.function = function
+
+    @cached_property
+    def _compiled(self):
+        signature = numba.types.void(*[numba.types.int64] * 5)
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache.module_folder(self.function.__module__))
+        try:
+            return numba.cfunc(signature, cache=True, error_model="numpy")(self.function)
+        finally:
+            numba.config.CACHE_DIR = before
+
+    @property
+    def address(self) -> int:
+        """Where the machine code starts; valid as long as this process lives."""
+        return self._compiled.address
+
+
+def entry(function: Callable) -> Entry:
+    """Make a function callable by address."""
+    return Entry(function)

@@ -139,4 +139,17 @@ def record_address(typingctx, record):
     return types.int64(record), codegen
 
 
+@intrinsic
+def call_entry(typingctx, function, a, b, c, d, e):
+    """Call the code at an address (jit.Entry.address) with five int64."""
+
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [word] * 5)
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 6), codegen
+
+
 __all__ = [name for name in globals() if not name.startswith("_") and name not in ("ir", "np", "types")]

@@ -290,6 +290,7 @@ SCENE = _record(
     "tables",  # float32: colour ramps, curves
     "images",
     "n_images",
+    "texture_entries",  # int64: addresses of texture instructions by opcode, see kernels.textures.dispatch
     "lobe_tables",  # float32: albedo tables, see kernels.lobes
     "lights",
     "n_lights",
@@ -392,6 +393,7 @@ closure_at = record_at(CLOSURE)
 shading_point_at = record_at(SHADING_POINT)
 light_at = record_at(LIGHT)
 light_sample_at = record_at(LIGHT_SAMPLE)
+scene_at = record_at(SCENE)
 light_table_at = record_at(LIGHT_TABLE)
 emitter_at = record_at(EMITTER)
 emitter_group_at = record_at(EMITTER_GROUP)
