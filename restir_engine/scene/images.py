@@ -1,0 +1,66 @@
+"""Images as kernels read them: 8-bit or float pixels, each image kept once."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from functools import cache
+
+import numpy as np
+
+from ..kernels import records as rec
+from ..kernels.memory import address
+
+
+@cache
+def srgb_decode() -> np.ndarray:
+    """Scene-linear values of sRGB-encoded ones, evenly over [0, 1] (IEC 61966-2-1)."""
+    x = np.linspace(0.0, 1.0, rec.IMAGE_DECODE + 1)
+    return np.where(x < 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+class ImageTable:
+    """The images of a scene by index and by key. Rows run from bottom to top, alpha is associated."""
+
+    def __init__(self) -> None:
+        self._pixels: list[np.ndarray] = []
+        self._decodes: list[np.ndarray | None] = []
+        self._indices: dict[Hashable, int] = {}
+
+    def __len__(self) -> int:
+        return len(self._pixels)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that the pixels take."""
+        return sum(pixels.nbytes for pixels in self._pixels)
+
+    def find(self, key: Hashable) -> int | None:
+        """The index of the image that was added under this key."""
+        return self._indices.get(key)
+
+    def add(self, key: Hashable, pixels: np.ndarray, decode: np.ndarray | None = None) -> int:
+        """The index of new pixels, uint8 or float32 [height, width, 4]; those of a known key are replaced in place.
+
+        `decode`: float32 [IMAGE_DECODE + 1] that turns encoded colours in [0, 1] into scene-linear ones after filtering.
+        """
+        if pixels.dtype not in (np.uint8, np.float32) or pixels.ndim != 3 or pixels.shape[2] != 4 or not pixels.size:
+            raise ValueError(f"not an image: {pixels.dtype} {pixels.shape}")
+        pixels = np.ascontiguousarray(pixels)
+        index = self._indices.setdefault(key, len(self._pixels))
+        if index == len(self._pixels):
+            self._pixels.append(pixels)
+            self._decodes.append(decode)
+        else:
+            self._pixels[index] = pixels
+            self._decodes[index] = decode
+        return index
+
+    def records(self) -> np.ndarray:
+        """IMAGE records, valid until an image is added or replaced."""
+        records = np.zeros(len(self._pixels), rec.IMAGE)
+        for record, pixels, decode in zip(records, self._pixels, self._decodes, strict=True):
+            record["pixels"] = address(pixels)
+            record["height"], record["width"] = pixels.shape[:2]
+            record["flags"] = rec.IMAGE_BYTES if pixels.dtype == np.uint8 else 0
+            record["decode"] = address(decode)
+        return records
