@@ -1,7 +1,8 @@
 """The opcodes of shader programs: one table for the compiler (`sync.nodes`) and the interpreter (`shader_vm`).
 
 The comment beside an opcode lists its operand words: registers unless marked `!`, which are immediate integers. A
-register operand is the first of three where a vector or colour is meant. 100–199 belong to `textures`, 200–299 to `lobes`.
+register operand is the first of three where a vector or colour is meant. 100–199 belong to `textures`, 200–299 to
+`lobes`.
 """
 
 END = 0
@@ -44,3 +45,70 @@ VECTOR_OPERATIONS = (
 )  # fmt: skip
 MAP_RANGE_MODES = ("LINEAR", "STEPPED", "SMOOTHSTEP", "SMOOTHERSTEP")
 MAPPING_TYPES = ("POINT", "TEXTURE", "VECTOR", "NORMAL")
+
+# Colours: vm_color ------------------------------------------------------------------------------------------
+MIX_COLOR = 40  # out, index into BLEND_MODES!, factor, a, b
+HUE_SATURATION = 41  # out, hue, saturation, value, factor, colour
+BRIGHT_CONTRAST = 42  # out, colour, brightness, contrast
+GAMMA = 43  # out, colour, gamma
+INVERT = 44  # out, factor, colour
+SEPARATE_COLOR = 45  # out, index into COLOR_MODES!, colour
+COMBINE_COLOR = 46  # out, index into COLOR_MODES!, components
+RAMP = 47  # out (4), table!, size!, interpolated!, factor
+CURVES = 48  # out, table!, size!, extrapolated!, factor, colour, low, high: three curves over low … high
+CURVE = 49  # out, table!, size!, extrapolated!, factor, value, low, high
+BLACKBODY = 50  # out, table!, temperature in kelvin
+CLAMP_COLOR = 51  # out, colour: to 0 … 1
+
+BLEND_MODES = (
+    "MIX", "DARKEN", "MULTIPLY", "BURN", "LIGHTEN", "SCREEN", "DODGE", "ADD",
+    "OVERLAY", "SOFT_LIGHT", "LINEAR_LIGHT", "DIFFERENCE", "EXCLUSION", "SUBTRACT", "DIVIDE", "HUE",
+    "SATURATION", "COLOR", "VALUE",
+)  # fmt: skip
+COLOR_MODES = ("RGB", "HSV", "HSL")
+
+# The shading point: vm_inputs ---------------------------------------------------------------------------------
+# `offset` (0, 1, 2) and `width` (how far away, in ray footprints) name the point itself or one shifted for a bump.
+GEOMETRY = 60  # out, POINT_*!, offset!, width
+ATTRIBUTE = 61  # out (4: x, y, z, alpha), name!, offset!, width
+OBJECT_INFO = 62  # out (12: location, colour, alpha, object index, material index, random, particle random, unused)
+LIGHT_PATH = 63  # out, index into LIGHT_PATH_OUTPUTS!
+FRESNEL = 64  # out, ior, normal or -1!
+LAYER_WEIGHT = 65  # out (2: fresnel, facing), blend, normal or -1!
+LIGHT_FALLOFF = 66  # out (3: quadratic, linear, constant), strength, smooth
+CAMERA_DATA = 67  # out (5: view vector, depth, distance)
+VECTOR_TRANSFORM = 68  # out, index into TRANSFORM_TYPES!, from space!, to space!, vector
+
+(
+    POINT_POSITION,
+    POINT_NORMAL,
+    POINT_TRUE_NORMAL,
+    POINT_INCOMING,
+    POINT_PARAMETRIC,
+    POINT_TANGENT,
+    POINT_OBJECT,
+    POINT_GENERATED,
+    POINT_OBJECT_NORMAL,
+    POINT_CAMERA,
+    POINT_WINDOW,
+    POINT_REFLECTION,
+    POINT_INSTANCER_GENERATED,
+    POINT_INSTANCER_UV,
+) = range(14)
+LIGHT_PATH_OUTPUTS = (
+    "Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray",
+    "Is Transmission Ray", "Is Volume Scatter Ray", "Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth",
+    "Transparent Depth", "Transmission Depth", "Backfacing",
+)  # fmt: skip
+TRANSFORM_TYPES = ("POINT", "VECTOR", "NORMAL")
+SPACES = ("WORLD", "OBJECT", "CAMERA")
+
+# Normals: vm_bump ---------------------------------------------------------------------------------------------
+BUMP = 80  # out, normal or -1!, height, height 1, height 2, strength, distance, width
+NORMAL_MAP = 81  # out, index into NORMAL_SPACES!, name of the tangent!, colour, strength
+RADIAL_TANGENT = 82  # out, axis! (0, 1, 2)
+UV_TANGENT = 83  # out, name of the tangent!
+DISPLACEMENT = 84  # out, in object space!, height, midlevel, scale, normal or -1!
+VECTOR_DISPLACEMENT = 85  # out, index into NORMAL_SPACES!, name of the tangent!, vector, midlevel, scale
+
+NORMAL_SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")

@@ -7,6 +7,9 @@ from .memory import load_f64, load_i32, store_f64
 from .records import material_at
 from .textures import texture_op
 from .vec import normalize, put, store3_f64
+from .vm_bump import bump_op
+from .vm_color import color_op
+from .vm_inputs import input_op
 from .vm_math import clamp, math_op, number, triple
 
 
@@ -78,8 +81,14 @@ def shader_eval(scene, sp):
             _flow_op(op, scene, sp, registers, code, first)
         elif op < 40:
             math_op(op, registers, code, first)
-        elif op >= 200:
-            bsdf_op(op, scene, sp, registers, code, first)
-        elif op >= 100:
+        elif op < 60:
+            color_op(op, scene, registers, code, first)
+        elif op < 80:
+            input_op(op, scene, sp, registers, code, first)
+        elif op < 100:
+            bump_op(op, scene, sp, registers, code, first)
+        elif op < 200:
             texture_op(op, scene, sp, registers, code, first)
+        else:
+            bsdf_op(op, scene, sp, registers, code, first)
         op = load_i32(code, at)

@@ -21,8 +21,8 @@ from .sockets import COLOR, FLOAT, SHADER, VECTOR, Links, find_socket, kind_of, 
 class Compiler(Assembler):
     """Compiles one tree of a material, world or light of `scene`.
 
-    Converters use `value`, `vector`, `is_linked`, `constant`, `allocate`, `emit`, `table`, `attribute`, `warn`, `offset`,
-    `scene`, and for closures `closure`, `emits` and `lets_light_through`.
+    Converters use `value`, `vector`, `is_linked`, `constant`, `allocate`, `emit`, `table`, `attribute`, `warn`,
+    `offset`, `scene`, and for closures `closure`, `emits` and `lets_light_through`.
     """
 
     def __init__(self, scene, kind: str, name: str) -> None:
@@ -31,6 +31,8 @@ class Compiler(Assembler):
         self.scene = scene
         self.kind = kind
         self.name = name
+        self.transparent_shadows = True  # whether shadow rays may see transparency at all
+        self.displaces = False  # whether displacement is meant to move the surface
         self.flags = 0
         self.emission_estimate = np.zeros(3)
         self.one = self.constant((1.0, 1.0, 1.0))
@@ -52,6 +54,11 @@ class Compiler(Assembler):
         self._offset_read = True
         return self._offset
 
+    @property
+    def width(self) -> int:
+        """The register of the shifted points' distance in footprints, the word after `offset` in instructions."""
+        return self._filter if self.offset else self.constant(0.0)
+
     def value(self, node: bpy.types.Node, name: str, default: float = 0.0) -> int:
         """The register of an input as a float; of `default` when the node has no such socket."""
         return self._input_as(node, name, FLOAT, default)
@@ -59,6 +66,10 @@ class Compiler(Assembler):
     def vector(self, node: bpy.types.Node, name: str, default: float = 0.0) -> int:
         """The first register of an input as a vector or colour."""
         return self._input_as(node, name, VECTOR, default)
+
+    def normal(self, node: bpy.types.Node, name: str = "Normal") -> int:
+        """The register of a normal, -1 (the shading normal) when it is not linked."""
+        return self.vector(node, name) if self.is_linked(node, name) else -1
 
     def is_linked(self, node: bpy.types.Node, name: str) -> bool:
         """Whether a link that counts ends at this input."""
@@ -137,17 +148,26 @@ class Compiler(Assembler):
             if output is not None:
                 self._path = _path_to(tree, output)
                 self._surface(output)
-            code, constants = self.finish()
+            return self.program()
         except TooManyRegisters:
             self.warn("the node tree is too large, it is rendered black")
             return Program()
         finally:
             sys.setrecursionlimit(limit)
-        return Program(code, constants, flags=self.flags, emission_estimate=tuple(self.emission_estimate))
+
+    def program(self) -> Program:
+        """What has been emitted so far as a program."""
+        code, constants = self.finish()
+        flags = self.flags if self.transparent_shadows else self.flags & ~rec.MATERIAL_TRANSPARENT
+        return Program(code, constants, flags=flags, emission_estimate=tuple(self.emission_estimate))
 
     def _surface(self, output: bpy.types.Node) -> None:
         self._nodes.append(output)
+        if self.is_linked(output, "Volume"):
+            self.warn("volumes are not rendered")
         if self.is_linked(output, "Displacement"):
+            if self.displaces:
+                self.warn("displacement is rendered as bump")
             normal = displaced_normal(self, output)
             self._cache.clear()
             self.emit(ops.SET_NORMAL, normal)
@@ -202,8 +222,9 @@ class Compiler(Assembler):
             with self._at(path):
                 found = self._input(inner_node, inner_socket)
             return self._convert(*found, kind), kind
-        outputs = self._convert_node(node)
-        register = outputs.get(socket.identifier)
+        register = self._convert_node(node).get(socket.identifier)
+        if callable(register):
+            register = self._cached((self._key(node), socket.identifier), register)
         return None if register is None else (register, kind)
 
     def _enter_or_leave(self, node, socket):
@@ -224,7 +245,7 @@ class Compiler(Assembler):
         inner = same_socket(output.inputs, socket) if output else None
         return (*self._path, node), output if inner else None, inner
 
-    def _convert_node(self, node) -> dict[str, int]:
+    def _convert_node(self, node) -> dict:
         """The outputs of a node, by its converter; converted once for each place and offset."""
         key = self._key(node)
 
@@ -349,12 +370,12 @@ class Compiler(Assembler):
             self._upstream(socket, found)
             for key, place in found.items():
                 (shared if key in seen else seen)[key] = place
-        for path, node in shared.values():
+        for path, node, output in shared.values():
             with self._at(path):
-                self._convert_node(node)
+                self._output(node, output)
 
     def _upstream(self, socket, found: dict, visited: set | None = None) -> None:
-        """Collect the value nodes above an input socket: key → (path, node)."""
+        """Collect the values above an input socket: key → (path, node, output)."""
         visited = set() if visited is None else visited
         link = self._links.into(socket)
         if link is None:
@@ -379,7 +400,7 @@ class Compiler(Assembler):
         for source in node.inputs:
             self._upstream(source, found, visited)
         if node.bl_idname != "NodeReroute" and output.type != SHADER:
-            found[self._key(node)] = (self._path, node)
+            found[visit] = (self._path, node, output)
 
 
 def _path_to(tree, output) -> tuple[bpy.types.Node, ...]:

@@ -1,8 +1,73 @@
-"""Nodes that read the shading point, the object or the ray."""
+"""Nodes that read the shading point, the object, the ray or the camera."""
 
 from __future__ import annotations
 
-from .registry import node
+import numpy as np
+
+from ...kernels import opcodes as ops
+from ...scene import names
+from .registry import node, unlinked
+
+
+def point(c, what: int) -> int:
+    """The register of a vector POINT_* of the shading point, or of the point shifted for a bump."""
+
+    def read() -> int:
+        out = c.allocate(3)
+        c.emit(ops.GEOMETRY, out, what, c.offset, c.width)
+        return out
+
+    return c.once(("point", what), read)
+
+
+def attribute(c, name: str) -> int:
+    """The registers x, y, z, alpha of an attribute."""
+
+    def read() -> int:
+        out = c.allocate(4)
+        c.emit(ops.ATTRIBUTE, out, c.attribute(name), c.offset, c.width)
+        return out
+
+    return c.once(("attribute", name), read)
+
+
+def _average(c, register: int) -> int:
+    out = c.allocate(1)
+    c.emit(ops.AVERAGE, out, register)
+    return out
+
+
+def _light_path(c, name: str) -> int:
+    def read() -> int:
+        out = c.allocate(1)
+        c.emit(ops.LIGHT_PATH, out, ops.LIGHT_PATH_OUTPUTS.index(name))
+        return out
+
+    return c.once(("light path", name), read)
+
+
+@unlinked("Normal", "Coat Normal", "Clear Coat Normal")
+def default_normal(c, node) -> int:
+    return point(c, ops.POINT_NORMAL)
+
+
+@unlinked("Tangent")
+def default_tangent(c, node) -> int:
+    return point(c, ops.POINT_TANGENT)
+
+
+@unlinked("Vector")
+def default_coordinates(c, node) -> int:
+    """Where a texture node looks when nothing says otherwise."""
+    if node.bl_idname == "ShaderNodeTexImage":
+        return attribute(c, names.UV)
+    if node.bl_idname in ("ShaderNodeTexEnvironment", "ShaderNodeTexWhiteNoise", "ShaderNodeTexPointDensity"):
+        return point(c, ops.POINT_POSITION)
+    if node.bl_idname == "ShaderNodeTexIES":
+        return point(c, ops.POINT_INCOMING)
+    if node.bl_idname.startswith("ShaderNodeTex"):
+        return point(c, ops.POINT_GENERATED)
+    return c.constant((0.0, 0.0, 0.0))
 
 
 @node("ShaderNodeValue")
@@ -13,3 +78,128 @@ def value(c, node):
 @node("ShaderNodeRGB")
 def rgb(c, node):
     return {"Color": c.constant(tuple(node.outputs[0].default_value)[:3])}
+
+
+@node("ShaderNodeTexCoord")
+def texture_coordinate(c, node):
+    instancer = node.from_instancer
+    return {
+        "Generated": lambda: point(c, ops.POINT_INSTANCER_GENERATED if instancer else ops.POINT_GENERATED),
+        "Normal": lambda: point(c, ops.POINT_OBJECT_NORMAL),
+        "UV": lambda: point(c, ops.POINT_INSTANCER_UV) if instancer else attribute(c, names.UV),
+        "Object": lambda: _object_coordinates(c, node.object),
+        "Camera": lambda: point(c, ops.POINT_CAMERA),
+        "Window": lambda: point(c, ops.POINT_WINDOW),
+        "Reflection": lambda: point(c, ops.POINT_REFLECTION),
+    }
+
+
+def _object_coordinates(c, target) -> int:
+    if target is None:
+        return point(c, ops.POINT_OBJECT)
+    matrix = np.array(target.matrix_world, np.float64)
+    inverse = np.linalg.pinv(matrix) if abs(np.linalg.det(matrix)) < 1e-30 else np.linalg.inv(matrix)
+    out = c.allocate(3)
+    c.emit(ops.AFFINE, out, point(c, ops.POINT_POSITION), c.constant(tuple(inverse[:3].ravel())))
+    return out
+
+
+@node("ShaderNodeUVMap")
+def uv_map(c, node):
+    return {"UV": point(c, ops.POINT_INSTANCER_UV) if node.from_instancer else attribute(c, node.uv_map)}
+
+
+@node("ShaderNodeAttribute")
+def attribute_node(c, node):
+    name = node.attribute_name
+    if not name:
+        return {}
+    if node.attribute_type != "GEOMETRY":
+        name = names.object_property(name, node.attribute_type)
+    return _attribute_outputs(c, name)
+
+
+@node("ShaderNodeVertexColor")
+def color_attribute(c, node):
+    return _attribute_outputs(c, node.layer_name or names.COLOR)
+
+
+def _attribute_outputs(c, name: str):
+    return {
+        "Color": lambda: attribute(c, name),
+        "Vector": lambda: attribute(c, name),
+        "Fac": lambda: _average(c, attribute(c, name)),
+        "Alpha": lambda: attribute(c, name) + 3,
+    }
+
+
+@node("ShaderNodeNewGeometry")
+def geometry(c, node):
+    return {
+        "Position": lambda: point(c, ops.POINT_POSITION),
+        "Normal": lambda: point(c, ops.POINT_NORMAL),
+        "Tangent": lambda: point(c, ops.POINT_TANGENT),
+        "True Normal": lambda: point(c, ops.POINT_TRUE_NORMAL),
+        "Incoming": lambda: point(c, ops.POINT_INCOMING),
+        "Parametric": lambda: point(c, ops.POINT_PARAMETRIC),
+        "Backfacing": lambda: _light_path(c, "Backfacing"),
+        "Pointiness": lambda: attribute(c, names.POINTINESS),
+        "Random Per Island": lambda: attribute(c, names.ISLAND),
+    }
+
+
+def _object_info(c) -> int:
+    def read() -> int:
+        out = c.allocate(12)
+        c.emit(ops.OBJECT_INFO, out)
+        return out
+
+    return c.once("object info", read)
+
+
+@node("ShaderNodeObjectInfo")
+def object_info(c, node):
+    out = _object_info(c)
+    places = {"Location": 0, "Color": 3, "Alpha": 6, "Object Index": 7, "Material Index": 8, "Random": 9}
+    return {name: out + place for name, place in places.items()}
+
+
+@node("ShaderNodeParticleInfo")
+def particle_info(c, node):
+    if any(output.is_linked and output.identifier != "Random" for output in node.outputs):
+        c.warn("particle data other than Random is zero")
+    return {"Random": lambda: _object_info(c) + 10}
+
+
+@node("ShaderNodeCameraData")
+def camera_data(c, node):
+    out = c.allocate(5)
+    c.emit(ops.CAMERA_DATA, out)
+    return {"View Vector": out, "View Z Depth": out + 3, "View Distance": out + 4}
+
+
+@node("ShaderNodeLightPath")
+def light_path(c, node):
+    known = [output.identifier for output in node.outputs if output.identifier in ops.LIGHT_PATH_OUTPUTS]
+    return {name: (lambda name=name: _light_path(c, name)) for name in known}
+
+
+@node("ShaderNodeFresnel")
+def fresnel(c, node):
+    out = c.allocate(1)
+    c.emit(ops.FRESNEL, out, c.value(node, "IOR"), c.normal(node))
+    return {"Fac": out}
+
+
+@node("ShaderNodeLayerWeight")
+def layer_weight(c, node):
+    out = c.allocate(2)
+    c.emit(ops.LAYER_WEIGHT, out, c.value(node, "Blend"), c.normal(node))
+    return {"Fresnel": out, "Facing": out + 1}
+
+
+@node("ShaderNodeLightFalloff")
+def light_falloff(c, node):
+    out = c.allocate(3)
+    c.emit(ops.LIGHT_FALLOFF, out, c.value(node, "Strength"), c.value(node, "Smooth"))
+    return {"Quadratic": out, "Linear": out + 1, "Constant": out + 2}

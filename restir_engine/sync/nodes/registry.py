@@ -1,7 +1,8 @@
 """Converters of shader nodes, found by `bl_idname`.
 
-A value converter is `(compiler, node) → {output identifier: register}`, a closure converter `(compiler, node, weight)`,
-`weight` being the register of the rgb factor that the Mix Shaders above the node leave it.
+A value converter is `(compiler, node) → {output identifier: register}`; a function without arguments in place of a
+register is called when that output is used. A closure converter is `(compiler, node, weight)`, `weight` being the
+register of the rgb factor that the Mix Shaders above the node leave it.
 """
 
 from __future__ import annotations

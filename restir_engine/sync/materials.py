@@ -1,0 +1,83 @@
+"""Materials, worlds and lights from Blender as programs in the scene's shader table."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..kernels import opcodes as ops
+from ..kernels.lobes.nodes import DIFFUSE
+from ..kernels.records import MATERIAL_VARYING_EMISSION
+from ..scene.shaders import Program
+from .nodes import Compiler
+
+_EMISSION_SAMPLING = {"NONE": 0, "AUTO": 1, "FRONT": 2, "BACK": 3, "FRONT_BACK": 4}
+_DEFAULT_COLOR = (0.8, 0.8, 0.8)  # of a slot without a material, as Cycles has it
+
+
+class Materials:
+    """Indices of programs; each datablock is compiled when it is first asked for."""
+
+    def __init__(self, scene) -> None:
+        self._scene = scene
+        self._indices: dict[int | None, int] = {}
+
+    def index(self, material: bpy.types.Material | None) -> int:
+        """The program of a material; that of an empty slot for None."""
+        return self._once(material, lambda: self._material(material))
+
+    def compile_world(self, world: bpy.types.World | None) -> int:
+        """The program of a world, -1 without one."""
+        return -1 if world is None else self._once(world, lambda: self._world(world))
+
+    def compile_light(self, light: bpy.types.Light) -> int:
+        """The program whose emission multiplies the lamp's own, -1 when that is 1 everywhere."""
+        if not _has_nodes(light):
+            return -1
+        compiler = Compiler(self._scene, "Light", light.name)
+        program = compiler.compile(light.node_tree)
+        constant = not program.flags & MATERIAL_VARYING_EMISSION
+        if constant and all(abs(x - 1.0) < 1e-6 for x in program.emission_estimate):
+            return -1
+        return self._once(light, lambda: program)
+
+    def _once(self, datablock, make) -> int:
+        key = None if datablock is None else datablock.original.session_uid
+        if key not in self._indices:
+            self._indices[key] = self._scene.shaders.add(make())
+        return self._indices[key]
+
+    def _material(self, material) -> Program:
+        if material is None:
+            return self._plain(_DEFAULT_COLOR, DIFFUSE)
+        if not _has_nodes(material):
+            program = self._plain(tuple(material.diffuse_color)[:3], DIFFUSE)
+        else:
+            compiler = Compiler(self._scene, "Material", material.name)
+            compiler.transparent_shadows = material.use_transparent_shadow
+            compiler.displaces = material.displacement_method != "BUMP"
+            program = compiler.compile(material.node_tree)
+        program.pass_index = material.pass_index
+        settings = getattr(material, "cycles", None)
+        program.emission_sampling = _EMISSION_SAMPLING.get(getattr(settings, "emission_sampling", "AUTO"), 1)
+        return program
+
+    def _world(self, world) -> Program:
+        if not _has_nodes(world):
+            return self._plain(tuple(world.color), ops.EMISSION)
+        return Compiler(self._scene, "World", world.name).compile(world.node_tree)
+
+    def _plain(self, color: tuple[float, float, float], opcode: int) -> Program:
+        """A program of one colour that is scattered or emitted."""
+        compiler = Compiler(self._scene, "Material", "")
+        register = compiler.constant(color)
+        if opcode == ops.EMISSION:
+            compiler.emits(compiler.one, register, compiler.constant(1.0))
+            compiler.emit(opcode, compiler.one, register, compiler.constant(1.0))
+        else:
+            compiler.emit(opcode, compiler.one, register, compiler.constant(0.0), -1)
+        return compiler.program()
+
+
+def _has_nodes(datablock) -> bool:
+    # From 5.0 on there are nodes always and asking warns.
+    return datablock.node_tree is not None and (bpy.app.version >= (5, 0, 0) or datablock.use_nodes)
