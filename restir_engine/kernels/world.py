@@ -8,7 +8,7 @@ import math
 
 from .emission import luminance, run_emission, shadow_point, visible_to, world_point
 from .jit import device, kernel
-from .memory import load_f32, store_f32
+from .memory import load_f32, store_f32, store_f64
 from .records import (
     LIGHT_SAMPLE_NO_SHADOW,
     RAY_EMISSION,
@@ -17,7 +17,7 @@ from .records import (
     shading_point_at,
     world_table_at,
 )
-from .vec import dot, neg, put, sub, vec
+from .vec import dot, load3_f64, neg, put, sub, vec
 from .warp import cone
 
 
@@ -149,15 +149,28 @@ def world_radiance(scene, scratch, sp, o, d):
     return run_emission(scene, point)
 
 
+@device
+def _lit_by(scene, scratch, d):
+    """Luminance that lights see of the world in direction d, negative and infinite values as 0."""
+    point = shadow_point(scratch, shading_point_at(scratch + SCRATCH_POINT, 0))
+    world_point(scene, point, d)
+    r, g, b = run_emission(scene, point)
+    y = luminance(r, g, b)
+    return y if 0.0 < y < 1e30 else 0.0
+
+
 @kernel
 def bake_world(scene, scratch, values, width, height, first, last):
-    """Store the luminance that lights see of the world at the pixels of rows [first, last) of a map of float32."""
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    """Store the luminance of the world at the pixels of rows [first, last) of a map of float32."""
     for row in range(first, last):
         z = -math.cos(math.pi * (row + 0.5) / height)
         for column in range(width):
-            point = shadow_point(scratch, sp)
-            world_point(scene, point, world_direction((column + 0.5) / width, z))
-            r, g, b = run_emission(scene, point)
-            y = luminance(r, g, b)
-            store_f32(values, row * width + column, y if 0.0 < y < 1e30 else 0.0)
+            d = world_direction((column + 0.5) / width, z)
+            store_f32(values, row * width + column, _lit_by(scene, scratch, d))
+
+
+@kernel
+def measure_world(scene, scratch, directions, n, values):
+    """Store the luminance of the world in n unit directions (float64 [n, 3]) to float64 values."""
+    for i in range(n):
+        store_f64(values, i, _lit_by(scene, scratch, load3_f64(directions, 3 * i)))

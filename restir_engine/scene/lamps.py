@@ -62,10 +62,11 @@ def _lamp(
     return lamp
 
 
-def _finish(lamp: np.ndarray, strength, importance: float, delta: bool) -> np.ndarray:
+def _finish(lamp: np.ndarray, strength: np.ndarray, importance: np.ndarray, delta: bool) -> np.ndarray:
+    """Strength may be negative: such a lamp takes light away."""
     record = lamp[0]
-    record["strength"] = np.nan_to_num(np.asarray(strength, np.float64), posinf=0.0, neginf=0.0)
-    record["importance"] = max(importance, 0.0) if math.isfinite(importance) else 0.0
+    record["strength"] = np.nan_to_num(strength, posinf=0.0, neginf=0.0)
+    record["importance"] = np.abs(np.nan_to_num(importance, posinf=0.0, neginf=0.0)) @ LUMINANCE
     if delta:
         record["flags"] = (record["flags"] | LIGHT_DELTA) & ~LIGHT_HITTABLE
     return lamp
@@ -112,12 +113,11 @@ def _ball(lamp: np.ndarray, power, radius: float, soft: bool, normalize: bool) -
     record["radius"] = radius
     if not soft and radius > 0.0:
         record["flags"] |= LIGHT_SPHERE
-    area = math.pi * radius * radius
-    intensity = power / (4.0 * math.pi)
-    if not normalize and radius > 0.0:
-        intensity = intensity * area
-    strength = intensity / area if radius > 0.0 else intensity
-    return _finish(lamp, strength, float(intensity @ LUMINANCE), radius == 0.0)
+    area = math.pi * radius * radius if radius > 0.0 else 1.0
+    # Not normalised, power / pi is the radiance (of a point the intensity).
+    intensity = power / (4.0 * math.pi) if normalize else power / math.pi * area
+    strength = intensity / area
+    return _finish(lamp, strength, intensity, radius == 0.0)
 
 
 def area_lamp(
@@ -157,14 +157,14 @@ def area_lamp(
     irradiance = power / area if normalize else power
     peak = 1.0
     if half == 0.0:
-        return _finish(lamp, irradiance, float(power @ LUMINANCE), True)
+        return _finish(lamp, irradiance, power, True)
     if half < 0.5 * math.pi:
         tan = math.tan(half)
         record["p"][11] = tan
         # The grid lets (tan half - tan x) of the light at angle x through; divided by its integral over the hemisphere.
         record["p"][12] = 1.0 / (tan - half) if tan > half else 0.0
         peak = tan * record["p"][12]
-    return _finish(lamp, irradiance / math.pi, float(irradiance @ LUMINANCE) * area * min(peak, 100.0) / math.pi, False)
+    return _finish(lamp, irradiance / math.pi, irradiance * (area * min(peak, 100.0) / math.pi), False)
 
 
 def sun_lamp(matrix, irradiance, angle: float, *, normalize: bool = True, **common) -> np.ndarray:
@@ -177,8 +177,8 @@ def sun_lamp(matrix, irradiance, angle: float, *, normalize: bool = True, **comm
     half = 0.5 * min(max(angle, 0.0), math.pi)
     record["p"][3] = 2.0 * math.sin(0.5 * half) ** 2
     if half == 0.0:
-        return _finish(lamp, strength, float(strength @ LUMINANCE), True)
+        return _finish(lamp, strength, strength, True)
     area = math.pi * math.sin(half) ** 2
     if not normalize:
         strength = strength * area
-    return _finish(lamp, strength / area, float(strength @ LUMINANCE), False)
+    return _finish(lamp, strength / area, strength, False)

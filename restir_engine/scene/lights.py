@@ -60,6 +60,10 @@ class LightTable:
         self._record = np.zeros(1, rec.LIGHT_TABLE)
         self._arrays: list = []
 
+    def add(self, lamp: np.ndarray) -> None:
+        """Add a LIGHT record (1,), see `scene.lamps`."""
+        self.lamps = np.concatenate([self.lamps, lamp])
+
     @property
     def record(self) -> np.void:
         """The LIGHT_TABLE record; valid after `commit`."""

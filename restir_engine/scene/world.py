@@ -11,13 +11,13 @@ import numpy as np
 
 from ..kernels import records as rec
 from ..kernels.memory import address
-from ..kernels.world import bake_world
+from ..kernels.world import bake_world, measure_world
 
 # Share of the samples that is uniform over the sphere, so that light which the map missed is found.
 _UNIFORM = 0.03
 
-# Share of the samples that goes to a sun of the sky, when it has one.
-_SUN = 0.5
+# Bounds of the share of the samples that goes to a sun of the sky, when it has one.
+_SUN_SHARE = (0.2, 0.8)
 
 
 @dataclass(eq=False)
@@ -25,8 +25,8 @@ class World:
     """What surrounds the scene.
 
     material: index of its program, -1: black. map_width: pixels around the horizon of the importance map; 0: light is
-    not sampled there, rays find it (right for a constant world). sun: direction and angular diameter of a small bright
-    disk in it, which no map resolves.
+    not sampled there, rays find it (right for a constant world). sun_angle: diameter of a small bright disk that is
+    somewhere in it, 0: there is none.
     """
 
     material: int = -1
@@ -34,7 +34,7 @@ class World:
     map_width: int = 0
     max_bounces: int = 1024
     casts_shadow: bool = True
-    sun: tuple[tuple[float, float, float], float] | None = None
+    sun_angle: float = 0.0
     mean: float = field(default=0.0, init=False)  # mean luminance over the sphere, known when sampled
 
     def __post_init__(self) -> None:
@@ -83,24 +83,71 @@ class World:
         bake(0, 0)  # compiles, or loads from the cache, in one thread
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(bake, rows[:-1], rows[1:]))
-        heights = -np.cos(np.pi * np.arange(height + 1) / height)
-        bands = np.diff(heights)
+        bands = np.diff(-np.cos(np.pi * np.arange(height + 1) / height))
         self.mean = float((values.mean(axis=1, dtype=np.float64) * bands).sum() / 2.0)
         table = self._record[0]
         table["width"] = table["height"] = 0
         table["map"], table["sun"], table["uniform"] = 0.0, 0.0, 1.0
-        if self.mean > 0.0:
-            self._conditional, self._marginal = importance_map(values, bands)
-            table["width"], table["height"] = width, height
-            table["marginal"], table["conditional"] = address(self._marginal), address(self._conditional)
-            table["map"], table["uniform"] = 1.0 - _UNIFORM, _UNIFORM
-        if self.sun is not None:
-            direction, angle = self.sun
-            table["sun_direction"] = np.asarray(direction) / np.linalg.norm(direction)
-            table["sun_one_minus_cos"] = 2.0 * math.sin(0.25 * max(angle, 1e-4)) ** 2
-            table["map"] *= 1.0 - _SUN
-            table["uniform"] *= 1.0 - _SUN
-            table["sun"] = _SUN
+        if self.mean <= 0.0:
+            return
+        sun = self._find_sun(scene, values) if self.sun_angle > 0.0 else None
+        if sun is not None:
+            direction, half_angle, flux = sun
+            rest = float((values.mean(axis=1, dtype=np.float64) * bands).sum() * 2.0 * np.pi)
+            self.mean = (flux + rest) / (4.0 * np.pi)
+            table["sun_direction"] = direction
+            table["sun_one_minus_cos"] = 2.0 * math.sin(0.5 * half_angle) ** 2
+            table["sun"] = np.clip(flux / (flux + rest), *_SUN_SHARE)
+        self._conditional, self._marginal = importance_map(values, bands)
+        table["width"], table["height"] = width, height
+        table["marginal"], table["conditional"] = address(self._marginal), address(self._conditional)
+        table["uniform"] = _UNIFORM * (1.0 - table["sun"])
+        table["map"] = 1.0 - table["sun"] - table["uniform"]
+
+    def _find_sun(self, scene, values: np.ndarray) -> tuple[np.ndarray, float, float] | None:
+        """(direction, half angle, irradiance at normal incidence) of a cone about the sun; it is cut out of the map.
+
+        None where no single spot of its size stands out.
+        """
+        height, width = values.shape
+        bright = values > 0.1 * values.max()
+        if values.max() < 20.0 * self.mean or bright.sum() > 0.01 * values.size:
+            return None
+        rows, columns = np.nonzero(bright)
+        around = map_directions((columns + 0.5) / width, (rows + 0.5) / height)
+        center = around.sum(axis=0)
+        center /= np.linalg.norm(center)
+        pixel = 2.0 * math.pi / width
+        half = 0.5 * self.sun_angle
+        if np.arccos(np.clip(around @ center, -1.0, 1.0)).max() > half + 2.0 * pixel:
+            return None
+        # A finer look, to make the cone no wider than needed.
+        reach = half + 2.0 * pixel
+        n = 128
+        x, y = (reach * (2.0 * (np.arange(n) + 0.5) / n - 1.0) for _ in range(2))
+        x, y = (grid.ravel() for grid in np.meshgrid(x, y))
+        side = np.cross(center, [1.0, 0.0, 0.0] if abs(center[0]) < 0.9 else [0.0, 1.0, 0.0])
+        side /= np.linalg.norm(side)
+        fine = center + np.outer(x, side) + np.outer(y, np.cross(center, side))
+        fine /= np.linalg.norm(fine, axis=1)[:, None]
+        fine = np.ascontiguousarray(fine)
+        light = np.zeros(n * n)
+        scratch = np.zeros(rec.SCRATCH_BYTES, np.uint8)
+        measure_world(scene.record, address(scratch), address(fine), n * n, address(light))
+        seen = light > 0.01 * light.max()
+        if not seen.any():
+            return None
+        center = fine[seen].sum(axis=0)
+        center /= np.linalg.norm(center)
+        half = float(np.arccos(np.clip(fine[seen] @ center, -1.0, 1.0)).max()) + 2.0 * reach / n
+        values[bright] = min(values[bright].min(), values[~bright].max())
+        return center, half, float(light[seen].sum() * (2.0 * reach / n) ** 2)
+
+
+def map_directions(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Unit vectors (n, 3) at map coordinates."""
+    phi, theta = (0.5 - u) * 2.0 * np.pi, (1.0 - v) * np.pi
+    return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
 def importance_map(values: np.ndarray, bands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,82 @@
+"""Blender's lights → LIGHT records."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from ..kernels import records as rec
+from ..scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
+
+_DIAMETERS = {"SQUARE": (False, False), "RECTANGLE": (False, True), "DISK": (True, False), "ELLIPSE": (True, True)}
+
+
+def sync_light(scene, instance, materials, visibility: int) -> None:
+    """Add the light of an entry of `depsgraph.object_instances` to the scene.
+
+    visibility: RAY_* bits of the rays that see the object; materials: compiles the light's node tree.
+    """
+    item = instance.object
+    light = item.data
+    warn = scene.warnings.add
+    settings = getattr(light, "cycles", None)
+    if light.type == "AREA" and getattr(settings, "is_portal", False):
+        warn("Light", light.name, "portals are ignored: the world is sampled by its brightness")
+        return
+    linking = getattr(item, "light_linking", None)
+    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
+        warn("Object", item.name, "light linking is ignored: the light reaches every object")
+    strength = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
+    if light.use_temperature:
+        strength *= np.array(light.temperature_color)
+    strength, material = _with_program(scene, light, materials, strength)
+    common = {
+        "material": material,
+        "visibility": visibility,
+        "max_bounces": getattr(settings, "max_bounces", 1024),
+        "casts_shadow": light.use_shadow,
+        "hittable": getattr(settings, "use_multiple_importance_sampling", True),
+        "object_index": item.pass_index,
+        "normalize": light.normalize,
+    }
+    matrix = np.array(instance.matrix_world, np.float64)
+    if light.type == "SUN":
+        lamp = sun_lamp(matrix, strength, light.angle, **common)
+    elif light.type == "AREA":
+        ellipse, two = _DIAMETERS[light.shape]
+        height = light.size_y if two else light.size
+        lamp = area_lamp(matrix, strength, light.size, height, ellipse=ellipse, spread=light.spread, **common)
+    elif light.type == "SPOT":
+        lamp = spot_lamp(
+            matrix,
+            strength,
+            light.shadow_soft_size,
+            light.spot_size,
+            light.spot_blend,
+            soft=light.use_soft_falloff,
+            **common,
+        )
+    else:
+        lamp = point_lamp(matrix, strength, light.shadow_soft_size, soft=light.use_soft_falloff, **common)
+    scene.lights.add(lamp)
+
+
+def _with_program(scene, light, materials, strength: np.ndarray) -> tuple[np.ndarray, int]:
+    """Strength and program of a light; a node tree that emits the same everywhere becomes part of the strength."""
+    if light.node_tree is None or not _uses_nodes(light):
+        return strength, -1
+    index = materials.compile_light(light)
+    if index < 0:
+        return strength, -1
+    program = scene.shaders[index]
+    if program.flags & rec.MATERIAL_VARYING_EMISSION:
+        return strength, index
+    emits = program.flags & rec.MATERIAL_EMITS
+    return strength * (program.emission_estimate if emits else 0.0), -1
+
+
+def _uses_nodes(light) -> bool:
+    with warnings.catch_warnings():  # from 5.0 on asking is deprecated, yet older files still say no
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return getattr(light, "use_nodes", True)

@@ -1,0 +1,82 @@
+"""Blender's world → its program, and how finely its light is sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..kernels import records as rec
+from ..scene.world import World
+
+# Widths of the importance map: of a world without images, and the largest.
+_WIDTH, _MAX_WIDTH = 1024, 4096
+
+_VISIBILITY = {
+    "camera": rec.RAY_CAMERA,
+    "diffuse": rec.RAY_DIFFUSE,
+    "glossy": rec.RAY_GLOSSY,
+    "transmission": rec.RAY_TRANSMIT,
+    "scatter": rec.RAY_VOLUME,
+    "shadow": rec.RAY_SHADOW,
+}
+
+
+def sync_world(scene, depsgraph, materials) -> None:
+    """Replace the scene's world by that of the depsgraph's scene (or of its view layer)."""
+    scene.world = World()
+    world = depsgraph.scene_eval.world
+    override = getattr(depsgraph.view_layer_eval, "world_override", None)
+    if override is not None:
+        world = override.evaluated_get(depsgraph)
+    if world is None:
+        return
+    settings = getattr(world, "cycles", None)
+    target = scene.world
+    target.material = materials.compile_world(world)
+    target.max_bounces = getattr(settings, "max_bounces", 1024)
+    target.casts_shadow = getattr(settings, "use_shadows", True)
+    visibility = getattr(world, "cycles_visibility", None)
+    if visibility is not None:
+        for name, bits in _VISIBILITY.items():
+            if not getattr(visibility, name, True):
+                target.visibility &= ~bits
+    if target.material < 0 or not scene.shaders[target.material].flags & rec.MATERIAL_VARYING_EMISSION:
+        return
+    method = getattr(settings, "sampling_method", "AUTOMATIC")
+    if method == "NONE":
+        return
+    suns = [node.sun_size for node in _nodes(world.node_tree) if _has_sun(node)]
+    target.sun_angle = float(max(suns, default=0.0))
+    if method == "MANUAL":
+        target.map_width = settings.sample_map_resolution
+    else:
+        target.map_width = automatic_width(world.node_tree, suns)
+
+
+def automatic_width(tree, suns: list[float]) -> int:
+    """As wide as the widest image of the world; wide enough to find its suns (angular diameters)."""
+    widths = [
+        node.image.size[0]
+        for node in _nodes(tree)
+        if node.bl_idname in ("ShaderNodeTexEnvironment", "ShaderNodeTexImage") and node.image is not None
+    ]
+    widths += [1.6 * 2.0 * np.pi / max(size, 1e-3) for size in suns]
+    return int(min(max([_WIDTH, *widths]), _MAX_WIDTH))
+
+
+def _has_sun(node) -> bool:
+    if node.bl_idname != "ShaderNodeTexSky" or node.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
+        return False
+    return node.sun_disc and node.sun_size > 0.0
+
+
+def _nodes(tree, seen: set | None = None) -> Iterator:
+    """All nodes of a tree and of its groups."""
+    seen = set() if seen is None else seen
+    if tree is None or tree.as_pointer() in seen:
+        return
+    seen.add(tree.as_pointer())
+    for node in tree.nodes:
+        yield node
+        yield from _nodes(getattr(node, "node_tree", None), seen)
