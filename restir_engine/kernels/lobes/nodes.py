@@ -1,14 +1,15 @@
 """What a program says about each BSDF node: opcode, inputs and immediates.
 
-The operands of an instruction are: the register of the closure's weight (rgb: the product of Mix Shader factors, without the node's own
-colour), the registers of the inputs in order, then the immediates in order.
+The operands of an instruction are: the register of the closure's weight (rgb: the product of Mix Shader factors,
+without the node's own colour), the registers of the inputs in order, then the immediates in order.
 
 An input that is not linked has, by its `default`:
 
 * VALUE: the socket's own value, as a constant (`missing` when the running Blender has no such socket);
-* NORMAL: operand -1, the kernel takes `sp.n`; FOLLOW_NORMAL: the operand of the input "Normal" from Blender 5.0 on, -1 before;
-* TANGENT: a tangent that the compiler emits (from the active UV map's tangent, or radial about z without one) where the node's anisotropy
-  is linked or not 0, else -1: the kernel takes any frame around the normal.
+* NORMAL: operand -1, the kernel takes `sp.n`; FOLLOW_NORMAL: the operand of the input "Normal" from Blender 5.0 on,
+  -1 before;
+* TANGENT: a tangent that the compiler emits (the active UV map's, or radial about z without one) where the node's
+  anisotropy is linked or not 0, else -1: the kernel takes any frame around the normal.
 
 A linked Normal of zero length counts as `sp.n`.
 """

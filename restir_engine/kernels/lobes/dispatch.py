@@ -1,0 +1,252 @@
+"""The BSDF of a shading point: the mixture of its closures, evaluated and sampled.
+
+A direction is sampled from one closure, chosen by its sampling weight; value and density are the whole mixture's
+(one-sample multiple importance sampling).
+"""
+
+from ..jit import device
+from ..records import RAY_NO_LOBES, closure_at
+from ..vec import dot, neg, scale, vec
+from ..vm_math import triple
+from . import nodes
+from .ashikhmin import ashikhmin_eval, ashikhmin_sample, ashikhmin_singular
+from .closure import (
+    CLASS_DIFFUSE,
+    CLASS_GLOSSY,
+    LABEL_DIFFUSE,
+    LABEL_GLOSSY,
+    LABEL_REFLECT,
+    LABEL_SINGULAR,
+    LABEL_TRANSMIT,
+    LABEL_TRANSPARENT,
+    LOBE_ASHIKHMIN_SHIRLEY,
+    LOBE_GLASS,
+    LOBE_LAMBERT,
+    LOBE_OREN_NAYAR,
+    LOBE_SHEEN,
+    LOBE_THIN_TRANSMISSION,
+    LOBE_TOON_DIFFUSE,
+    LOBE_TOON_GLOSSY,
+    LOBE_TRANSLUCENT,
+    LOBE_TRANSPARENT,
+    LOBE_VELVET,
+    bump_shadowing,
+    is_microfacet,
+    pass_class,
+)
+from .diffuse import diffuse_sample, lambert_eval, oren_nayar_eval
+from .microfacet import microfacet_eval, microfacet_sample
+from .principled import principled_op
+from .setup import (
+    add_transparent,
+    diffuse_op,
+    glass_op,
+    glossy_op,
+    metallic_op,
+    refraction_op,
+    sheen_op,
+    toon_op,
+    translucent_op,
+)
+from .sheen import sheen_eval, sheen_sample, velvet_eval, velvet_sample
+from .thin import thin_eval, thin_sample
+from .toon import toon_eval, toon_sample
+
+_NONE = (0.0, 0.0, 0.0)
+_NO_VALUE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@device
+def bsdf_op(op, scene, sp, registers, code, at):
+    """Run a BSDF node's instruction: append closures to `sp`, add to its transparency and emission."""
+    if op == nodes.PRINCIPLED:
+        principled_op(scene, sp, registers, code, at)
+    elif op == nodes.TRANSPARENT:
+        weight, color = triple(registers, code, at), triple(registers, code, at + 1)
+        add_transparent(sp, (weight[0] * color[0], weight[1] * color[1], weight[2] * color[2]))
+    elif sp.ray_flags & RAY_NO_LOBES:
+        return
+    elif op == nodes.DIFFUSE:
+        diffuse_op(sp, registers, code, at)
+    elif op == nodes.GLOSSY:
+        glossy_op(scene, sp, registers, code, at)
+    elif op == nodes.METALLIC:
+        metallic_op(scene, sp, registers, code, at)
+    elif op == nodes.GLASS:
+        glass_op(scene, sp, registers, code, at)
+    elif op == nodes.REFRACTION:
+        refraction_op(sp, registers, code, at)
+    elif op == nodes.TRANSLUCENT:
+        translucent_op(sp, registers, code, at)
+    elif op == nodes.SHEEN:
+        sheen_op(scene, sp, registers, code, at)
+    elif op == nodes.TOON:
+        toon_op(sp, registers, code, at)
+
+
+@device
+def closure_eval(c, wo, wi):
+    """(value rgb without the weight, times the absolute cosine; pdf by solid angle) of one closure."""
+    kind = c.kind
+    value = pdf = 0.0
+    if kind == LOBE_LAMBERT:
+        value = pdf = lambert_eval(c, wi, 1.0)
+    elif is_microfacet(kind):
+        return microfacet_eval(c, wo, wi)
+    elif kind == LOBE_OREN_NAYAR:
+        return oren_nayar_eval(c, wo, wi)
+    elif kind == LOBE_SHEEN:
+        value = pdf = sheen_eval(c, wi)
+    elif kind == LOBE_TRANSLUCENT:
+        value = pdf = lambert_eval(c, wi, -1.0)
+    elif kind in (LOBE_TOON_DIFFUSE, LOBE_TOON_GLOSSY):
+        value, pdf = toon_eval(c, wo, wi)
+    elif kind == LOBE_VELVET:
+        value, pdf = velvet_eval(c, wo, wi)
+    elif kind == LOBE_ASHIKHMIN_SHIRLEY:
+        value, pdf = ashikhmin_eval(c, wo, wi)
+    elif kind == LOBE_THIN_TRANSMISSION:
+        value, pdf = thin_eval(c, wo, wi)
+    return value, value, value, pdf
+
+
+@device
+def _mixture(sp, wi, sampled):
+    """(diffuse, glossy, transmission rgb; pdf) of all closures for wi; `sampled` is the index of the one that chose it,
+    else -1."""
+    wo = vec(sp.wo)
+    dr = dg = db = gr = gg = gb = tr = tg = tb = 0.0
+    pdf = total = 0.0
+    for i in range(sp.n_closures):
+        c = closure_at(sp.closures, i)
+        total += c.sample_weight
+        r, g, b, p = closure_eval(c, wo, wi)
+        if p <= 0.0:
+            continue
+        pdf += p * c.sample_weight
+        shadowing = bump_shadowing(sp, c, wi, i == sampled)
+        r, g, b = r * c.weight[0] * shadowing, g * c.weight[1] * shadowing, b * c.weight[2] * shadowing
+        kind = pass_class(c.kind)
+        if kind == CLASS_DIFFUSE:
+            dr, dg, db = dr + r, dg + g, db + b
+        elif kind == CLASS_GLOSSY or (c.kind == LOBE_GLASS and dot(vec(c.n), wi) > 0.0):
+            gr, gg, gb = gr + r, gg + g, gb + b
+        else:
+            tr, tg, tb = tr + r, tg + g, tb + b
+    if total <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    return dr, dg, db, gr, gg, gb, tr, tg, tb, pdf / total
+
+
+@device
+def bsdf_eval(scene, sp, wi):
+    """10 floats: diffuse, glossy and transmission rgb, times the absolute cosine, and the pdf by solid angle.
+
+    Singular lobes are left out of the value, and count in the pdf as a chance that is lost.
+    """
+    if sp.n_closures == 1:
+        c = closure_at(sp.closures, 0)
+        if c.kind == LOBE_LAMBERT:
+            pdf = lambert_eval(c, wi, 1.0)
+            value = pdf * bump_shadowing(sp, c, wi, False)
+            r, g, b = value * c.weight[0], value * c.weight[1], value * c.weight[2]
+            return r, g, b, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, pdf
+    return _mixture(sp, wi, -1)
+
+
+@device
+def _pick(sp, u):
+    """(index of a closure chosen by sampling weight or -1, its probability, u stretched to be used again)."""
+    total = 0.0
+    for i in range(sp.n_closures):
+        total += closure_at(sp.closures, i).sample_weight
+    if not total > 0.0:
+        return -1, 0.0, u
+    left = u * total
+    last = -1
+    for i in range(sp.n_closures):
+        w = closure_at(sp.closures, i).sample_weight
+        if w > 0.0:
+            last = i
+            if left < w:
+                return i, w / total, min(left / w, 1.0 - 1e-12)
+        left -= w
+    return last, closure_at(sp.closures, last).sample_weight / total, 1.0 - 1e-12
+
+
+@device
+def _side(sp, label, wi):
+    """The label if wi is on its side of the surface, else 0."""
+    cosine = dot(vec(sp.ng), wi)
+    return label if (cosine > 0.0 if label & LABEL_REFLECT else cosine < 0.0) else 0
+
+
+@device
+def closure_sample(c, sp, u0, u1, u2):
+    """(label, wi, throughput rgb without the weight and probability, both for singular labels) of one closure."""
+    kind = c.kind
+    wo = vec(sp.wo)
+    if is_microfacet(kind):
+        return microfacet_sample(c, sp, u0, u1, u2)
+    diffuse = LABEL_REFLECT | LABEL_DIFFUSE
+    glossy = LABEL_REFLECT | LABEL_GLOSSY
+    if kind <= LOBE_OREN_NAYAR:
+        wi = diffuse_sample(c, 1.0, u0, u1)
+        return _side(sp, diffuse, wi), wi, _NONE, 0.0
+    if kind == LOBE_TRANSLUCENT:
+        wi = diffuse_sample(c, -1.0, u0, u1)
+        return _side(sp, LABEL_TRANSMIT | LABEL_DIFFUSE, wi), wi, _NONE, 0.0
+    if kind == LOBE_TRANSPARENT:
+        return LABEL_TRANSMIT | LABEL_SINGULAR | LABEL_TRANSPARENT, neg(wo), (1.0, 1.0, 1.0), 1.0
+    if kind == LOBE_SHEEN:
+        wi = sheen_sample(c, u0, u1)
+        return _side(sp, diffuse, wi), wi, _NONE, 0.0
+    if kind == LOBE_VELVET:
+        wi = velvet_sample(c, u0, u1)
+        return _side(sp, diffuse, wi), wi, _NONE, 0.0
+    if kind in (LOBE_TOON_DIFFUSE, LOBE_TOON_GLOSSY):
+        wi = toon_sample(c, wo, u0, u1)
+        return _side(sp, diffuse if kind == LOBE_TOON_DIFFUSE else glossy, wi), wi, _NONE, 0.0
+    if kind == LOBE_ASHIKHMIN_SHIRLEY:
+        wi = ashikhmin_sample(c, wo, u0, u1)
+        label = LABEL_REFLECT | (LABEL_SINGULAR if ashikhmin_singular(c) else LABEL_GLOSSY)
+        return _side(sp, label, wi), wi, (1.0, 1.0, 1.0), 1.0
+    if kind == LOBE_THIN_TRANSMISSION:
+        label, wi, energy = thin_sample(c, sp, u0, u1)
+        return label, wi, (energy, energy, energy), 1.0
+    return 0, wo, _NONE, 0.0
+
+
+@device
+def bsdf_sample(scene, sp, u0, u1, u2):
+    """(label, wi, value, pdf); u0 picks the closure, u1 and u2 the direction.
+
+    `value` holds 9 floats (diffuse, glossy, transmission rgb, times the absolute cosine) of the mixture, `pdf` is its
+    density by solid angle.
+    With LABEL_SINGULAR they are of the one lobe: value / pdf is the throughput. Label 0: no sample.
+    """
+    if sp.n_closures == 1:
+        c = closure_at(sp.closures, 0)
+        if c.kind == LOBE_LAMBERT:
+            wi = diffuse_sample(c, 1.0, u1, u2)
+            pdf = lambert_eval(c, wi, 1.0)
+            if dot(vec(sp.ng), wi) <= 0.0 or pdf <= 0.0:
+                return 0, wi, _NO_VALUE, 0.0
+            r, g, b = scale(vec(c.weight), pdf * bump_shadowing(sp, c, wi, True))
+            return LABEL_REFLECT | LABEL_DIFFUSE, wi, (r, g, b, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), pdf
+    chosen, probability, u = _pick(sp, u0)
+    if chosen < 0:
+        return 0, _NONE, _NO_VALUE, 0.0
+    c = closure_at(sp.closures, chosen)
+    label, wi, throughput, side = closure_sample(c, sp, u1, u2, u)
+    if label == 0:
+        return 0, wi, _NO_VALUE, 0.0
+    if label & LABEL_SINGULAR:
+        r, g, b = throughput[0] * c.weight[0], throughput[1] * c.weight[1], throughput[2] * c.weight[2]
+        if label & LABEL_REFLECT:
+            return label, wi, (0.0, 0.0, 0.0, r, g, b, 0.0, 0.0, 0.0), side * probability
+        return label, wi, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b), side * probability
+    dr, dg, db, gr, gg, gb, tr, tg, tb, pdf = _mixture(sp, wi, chosen)
+    if pdf <= 0.0:
+        return 0, wi, _NO_VALUE, 0.0
+    return label, wi, (dr, dg, db, gr, gg, gb, tr, tg, tb), pdf

@@ -1,0 +1,186 @@
+"""The Principled BSDF: layers from the top down, each leaving to the next what it does not reflect.
+
+Alpha, sheen, coat (with its tint), emission, metal, transmission, dielectric reflection, diffuse.
+"""
+
+import math
+
+from ..jit import device
+from ..memory import load_i32
+from ..records import RAY_NO_LOBES, RAY_SHADOW, closure_at
+from ..vec import add, dot, is_black, lerp, mul, normalize, put, scale, vec
+from ..vm_math import clamp, number, triple
+from .albedo import cover, layer_under, microfacet_albedo, preserve_energy
+from .closure import LOBE_GLASS, LOBE_REFLECTION, P_FRESNEL, WEIGHT_CUTOFF, valid_reflection_normal
+from .diffuse import add_diffuse
+from .fresnel import FRESNEL_DIELECTRIC, dielectric_average, f0_from_ior, ior_from_f0
+from .nodes import BSDF_NODES, GGX, MULTI_GGX
+from .setup import (
+    add_microfacets,
+    add_transparent,
+    lower,
+    normal_input,
+    positive,
+    principled_alpha,
+    set_f82,
+    set_schlick,
+    tangent_input,
+)
+from .sheen import add_sheen
+from .thin import add_thin_glass
+
+_NODE = BSDF_NODES["ShaderNodeBsdfPrincipled"]
+_BASE_COLOR, _METALLIC, _ROUGHNESS = _NODE.operand("Base Color"), _NODE.operand("Metallic"), _NODE.operand("Roughness")
+_IOR, _ALPHA, _NORMAL = _NODE.operand("IOR"), _NODE.operand("Alpha"), _NODE.operand("Normal")
+_DIFFUSE_ROUGHNESS = _NODE.operand("Diffuse Roughness")
+_SPECULAR_LEVEL, _SPECULAR_TINT = _NODE.operand("Specular IOR Level"), _NODE.operand("Specular Tint")
+_ANISOTROPIC, _ROTATION = _NODE.operand("Anisotropic"), _NODE.operand("Anisotropic Rotation")
+_TANGENT, _TRANSMISSION = _NODE.operand("Tangent"), _NODE.operand("Transmission Weight")
+_COAT, _COAT_ROUGHNESS = _NODE.operand("Coat Weight"), _NODE.operand("Coat Roughness")
+_COAT_IOR, _COAT_TINT, _COAT_NORMAL = (
+    _NODE.operand("Coat IOR"),
+    _NODE.operand("Coat Tint"),
+    _NODE.operand("Coat Normal"),
+)
+_SHEEN, _SHEEN_ROUGHNESS = _NODE.operand("Sheen Weight"), _NODE.operand("Sheen Roughness")
+_SHEEN_TINT = _NODE.operand("Sheen Tint")
+_EMISSION, _EMISSION_STRENGTH = _NODE.operand("Emission Color"), _NODE.operand("Emission Strength")
+_THIN_WALL = _NODE.operand("Thin Wall")
+_DISTRIBUTION = 1 + len(_NODE.inputs)
+
+
+@device
+def principled_op(scene, sp, registers, code, at):
+    """Closures, transparency and emission of a Principled BSDF."""
+    weight = triple(registers, code, at)
+    alpha = clamp(number(registers, code, at + _ALPHA), 0.0, 1.0)
+    if alpha < 1.0:
+        add_transparent(sp, scale(weight, 1.0 - alpha))
+        weight = scale(weight, alpha)
+    thin = number(registers, code, at + _THIN_WALL) != 0.0
+    flags = sp.ray_flags
+    if flags & RAY_SHADOW and not thin:
+        return
+    first = sp.n_closures
+    n = normal_input(sp, registers, code, at + _NORMAL)
+    if not (flags & RAY_NO_LOBES and is_black(triple(registers, code, at + _EMISSION)) and not thin):
+        weight = _coverings(scene, sp, registers, code, at, n, weight)
+        color, strength = triple(registers, code, at + _EMISSION), number(registers, code, at + _EMISSION_STRENGTH)
+        put(sp.emission, add(vec(sp.emission), mul(scale(color, strength), weight)))
+    if not flags & RAY_NO_LOBES or thin:
+        _body(scene, sp, registers, code, at, n, weight, thin)
+    if flags & RAY_NO_LOBES:
+        sp.n_closures = first
+
+
+@device
+def _coverings(scene, sp, registers, code, at, n, weight):
+    """Sheen and coat; the weight that is left under them."""
+    coat = max(number(registers, code, at + _COAT), 0.0)
+    sheen = max(number(registers, code, at + _SHEEN), 0.0)
+    if coat <= WEIGHT_CUTOFF and sheen <= WEIGHT_CUTOFF:
+        return weight
+    coat_normal = normal_input(sp, registers, code, at + _COAT_NORMAL)
+    if sheen > WEIGHT_CUTOFF:
+        tint = positive(triple(registers, code, at + _SHEEN_TINT))
+        middle = normalize(lerp(n, coat_normal, min(coat, 1.0)))
+        roughness = clamp(number(registers, code, at + _SHEEN_ROUGHNESS), 0.0, 1.0)
+        i = add_sheen(sp, scene.lobe_tables, mul(scale(tint, sheen), weight), middle, roughness)
+        if i >= 0:
+            weight = cover(weight, vec(closure_at(sp.closures, i).weight))
+    if coat > WEIGHT_CUTOFF:
+        weight = _coat(scene, sp, registers, code, at, coat, valid_reflection_normal(sp, coat_normal), weight)
+    return weight
+
+
+@device
+def _coat(scene, sp, registers, code, at, coat, n, weight):
+    """A clear dielectric that absorbs: its tint to the power of the refracted ray's length in a layer of unit depth."""
+    wo, tables = vec(sp.wo), scene.lobe_tables
+    ior = max(number(registers, code, at + _COAT_IOR), 1.0)
+    roughness = clamp(number(registers, code, at + _COAT_ROUGHNESS), 0.0, 1.0)
+    alpha = roughness * roughness
+    i = add_microfacets(sp, LOBE_REFLECTION, scale(weight, coat), n, n, alpha, alpha, ior, GGX)
+    if i >= 0:
+        c = closure_at(sp.closures, i)
+        c.p[P_FRESNEL] = FRESNEL_DIELECTRIC
+        r, _g, _b, _t0, _t1, _t2 = microfacet_albedo(tables, c, wo)
+        c.sample_weight *= r
+        fss = dielectric_average(ior)
+        preserve_energy(tables, c, wo, (fss, fss, fss))
+        weight = layer_under(tables, c, wo, weight)
+    tint = positive(triple(registers, code, at + _COAT_TINT))
+    if tint[0] == 1.0 and tint[1] == 1.0 and tint[2] == 1.0:
+        return weight
+    cosine = dot(wo, n)
+    depth = 1.0 / math.sqrt(max(1.0 - (1.0 - cosine * cosine) / (ior * ior), 1e-12))
+    absorbed = (tint[0] ** depth, tint[1] ** depth, tint[2] ** depth)
+    return mul(weight, lerp((1.0, 1.0, 1.0), absorbed, coat))
+
+
+@device
+def _body(scene, sp, registers, code, at, n, weight, thin):
+    """Metal, transmission, dielectric reflection and diffuse."""
+    wo, tables = vec(sp.wo), scene.lobe_tables
+    base = positive(triple(registers, code, at + _BASE_COLOR))
+    clamped = lower(base, 1.0)
+    tint = positive(triple(registers, code, at + _SPECULAR_TINT))
+    roughness = clamp(number(registers, code, at + _ROUGHNESS), 0.0, 1.0)
+    anisotropy = clamp(number(registers, code, at + _ANISOTROPIC), 0.0, 1.0)
+    anisotropy = anisotropy if load_i32(code, at + _TANGENT) >= 0 else 0.0
+    alpha_x, alpha_y = principled_alpha(roughness, anisotropy)
+    t = tangent_input(registers, code, at + _TANGENT, n, number(registers, code, at + _ROTATION))
+    valid = valid_reflection_normal(sp, n)
+    multiple = load_i32(code, at + _DISTRIBUTION) == MULTI_GGX
+
+    metallic = clamp(number(registers, code, at + _METALLIC), 0.0, 1.0)
+    if metallic > WEIGHT_CUTOFF:
+        metal = scale(weight, metallic)
+        i = add_microfacets(sp, LOBE_REFLECTION, metal, valid, t, alpha_x, alpha_y, 1.0, GGX)
+        if i >= 0:
+            set_f82(tables, closure_at(sp.closures, i), wo, clamped, lower(tint, 1.0), multiple)
+        weight = scale(weight, 1.0 - metallic)
+
+    ior = max(number(registers, code, at + _IOR), 1e-5)
+    transmission = clamp(number(registers, code, at + _TRANSMISSION), 0.0, 1.0)
+    if transmission > WEIGHT_CUTOFF:
+        _transmission(tables, sp, scale(weight, transmission), valid, roughness, ior, tint, clamped, multiple, thin)
+        weight = scale(weight, 1.0 - transmission)
+
+    level = max(number(registers, code, at + _SPECULAR_LEVEL), 0.0)
+    weight = _specular(tables, sp, weight, valid, t, alpha_x, alpha_y, ior, level, tint, multiple)
+    add_diffuse(sp, mul(base, weight), n, clamp(number(registers, code, at + _DIFFUSE_ROUGHNESS), 0.0, 1.0), base)
+
+
+@device
+def _transmission(tables, sp, weight, n, roughness, ior, tint, color, multiple, thin):
+    """Glass, solid or as a thin sheet; the colour counts once for the way in and out of a solid."""
+    alpha = roughness * roughness
+    if thin:
+        add_thin_glass(tables, sp, weight, n, alpha, ior, tint, color)
+        return
+    eta = 1.0 / ior if sp.backfacing else ior
+    i = add_microfacets(sp, LOBE_GLASS, weight, n, n, alpha, alpha, eta, GGX)
+    if i >= 0:
+        half = (math.sqrt(color[0]), math.sqrt(color[1]), math.sqrt(color[2]))
+        c = closure_at(sp.closures, i)
+        set_schlick(tables, c, vec(sp.wo), scale(tint, f0_from_ior(ior)), (1.0, 1.0, 1.0), half, multiple)
+
+
+@device
+def _specular(tables, sp, weight, n, t, alpha_x, alpha_y, ior, level, tint, multiple):
+    """The dielectric's mirror lobe; the weight that is left under it. F0 is scaled by twice `level`."""
+    eta, f0 = ior, f0_from_ior(ior)
+    if level != 0.5:
+        f0 *= 2.0 * level
+        eta = ior_from_f0(f0)
+        if ior < 1.0:
+            eta = 1.0 / eta
+    if eta == 1.0:
+        return weight
+    i = add_microfacets(sp, LOBE_REFLECTION, weight, n, t, alpha_x, alpha_y, eta, GGX)
+    if i < 0:
+        return weight
+    c = closure_at(sp.closures, i)
+    set_schlick(tables, c, vec(sp.wo), scale(tint, f0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), multiple)
+    return layer_under(tables, c, vec(sp.wo), weight)

@@ -1,0 +1,90 @@
+"""A thin sheet of glass (OpenPBR's thin-walled dielectric): a mirror lobe and one mirrored through the sheet."""
+
+import math
+
+from ..jit import device
+from ..records import RAY_CAMERA, closure_at
+from ..vec import dot, is_black, madd, mul, neg, vec
+from ..vm_math import clamp
+from .albedo import preserve_energy
+from .closure import (
+    LABEL_GLOSSY,
+    LABEL_SINGULAR,
+    LABEL_TRANSMIT,
+    LOBE_REFLECTION,
+    LOBE_THIN_TRANSMISSION,
+    P_ENERGY,
+    SINGULAR_ALPHA_SQUARED,
+    is_singular,
+)
+from .fresnel import f0_from_ior, schlick_position
+from .microfacet import microfacet_eval, microfacet_normal
+from .nodes import GGX
+from .setup import add_microfacets, add_transparent
+
+
+@device
+def _balance(f0, color, s, depth):
+    """(reflected, transmitted) of one channel: the sums over all inner reflections."""
+    r = f0 + (1.0 - f0) * s
+    c = color**depth
+    through = c * (1.0 - r) * (1.0 - r) / max(1.0 - r * r * c * c, 1e-12)
+    return r + through * r * c, through
+
+
+@device
+def add_thin_glass(tables, sp, weight, n, alpha, ior, tint, color):
+    """The two lobes; a smooth sheet is plainly transparent to all rays but the camera's.
+
+    `color` is what passes at normal incidence.
+    """
+    wo = vec(sp.wo)
+    s, cos_t = schlick_position(dot(n, wo), ior)
+    if cos_t >= 0.0:
+        reflected, transmitted = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
+    else:
+        depth, f0 = -1.0 / cos_t, f0_from_ior(ior)
+        r0, t0 = _balance(clamp(f0 * tint[0], 0.0, 1.0), color[0], s, depth)
+        r1, t1 = _balance(clamp(f0 * tint[1], 0.0, 1.0), color[1], s, depth)
+        r2, t2 = _balance(clamp(f0 * tint[2], 0.0, 1.0), color[2], s, depth)
+        reflected, transmitted = (r0, r1, r2), (t0, t1, t2)
+    i = add_microfacets(sp, LOBE_REFLECTION, mul(reflected, weight), n, n, alpha, alpha, 1.0, GGX)
+    if i >= 0:
+        preserve_energy(tables, closure_at(sp.closures, i), wo, tint)
+    if is_black(transmitted):
+        return
+    # Two refractions widen the lobe (Kulla and Conty 2017).
+    wide = alpha * math.sqrt(max(3.4 * (ior - 1.0) * (ior - 0.5) ** 2 / (ior * ior * ior), 0.0))
+    wide = min(wide, 1.0)
+    if not sp.ray_flags & RAY_CAMERA and wide * wide <= SINGULAR_ALPHA_SQUARED:
+        add_transparent(sp, mul(transmitted, weight))
+        return
+    i = add_microfacets(sp, LOBE_THIN_TRANSMISSION, mul(transmitted, weight), n, n, wide, wide, 1.0, GGX)
+    if i >= 0:
+        preserve_energy(tables, closure_at(sp.closures, i), wo, (1.0, 1.0, 1.0))
+
+
+@device
+def thin_eval(c, wo, wi):
+    """(value without the weight, pdf)."""
+    n = vec(c.n)
+    cosine = dot(n, wi)
+    if cosine >= 0.0:
+        return 0.0, 0.0
+    value, _g, _b, pdf = microfacet_eval(c, wo, madd(wi, n, -2.0 * cosine))
+    return value, pdf
+
+
+@device
+def thin_sample(c, sp, u0, u1):
+    """(label, wi, throughput without the weight)."""
+    wo, n = vec(sp.wo), vec(c.n)
+    if is_singular(c):
+        return LABEL_TRANSMIT | LABEL_SINGULAR, neg(wo), c.p[P_ENERGY]
+    h = microfacet_normal(c, wo, u0, u1)
+    mirror = madd(neg(wo), h, 2.0 * dot(h, wo))
+    cosine = dot(n, mirror)
+    wi = madd(mirror, n, -2.0 * cosine)
+    if cosine <= 0.0 or dot(n, wo) <= 0.0 or dot(vec(sp.ng), wi) >= 0.0:
+        return 0, wi, 0.0
+    return LABEL_TRANSMIT | LABEL_GLOSSY, wi, c.p[P_ENERGY]

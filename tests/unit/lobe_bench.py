@@ -1,0 +1,130 @@
+"""One shading point with the closures of one BSDF node, without a scene: for the tests of the lobes."""
+
+import math
+
+import numpy as np
+
+from restir_engine.kernels import rng
+from restir_engine.kernels.jit import kernel
+from restir_engine.kernels.lobes import BSDF_NODES, bsdf_color, bsdf_eval, bsdf_op, bsdf_sample, lobe_tables
+from restir_engine.kernels.memory import address, load_f64, record_at, store_f64
+from restir_engine.kernels.records import CLOSURE, MAX_CLOSURES, SCENE, SHADING_POINT, shading_point_at
+
+_scene_at = record_at(SCENE)
+_TABLES = lobe_tables()
+COLUMNS = 14  # label, wi, 9 of value, pdf
+
+
+@kernel
+def _run(scene, sp, op, registers, code):
+    bsdf_op(op, _scene_at(scene, 0), shading_point_at(sp, 0), registers, code, 0)
+
+
+@kernel
+def _evaluate(scene, sp, directions, out, count):
+    """Ten columns for each direction."""
+    s, p = _scene_at(scene, 0), shading_point_at(sp, 0)
+    for i in range(count):
+        wi = (load_f64(directions, 3 * i), load_f64(directions, 3 * i + 1), load_f64(directions, 3 * i + 2))
+        value = bsdf_eval(s, p, wi)
+        for k in range(10):
+            store_f64(out, 10 * i + k, value[k])
+
+
+@kernel
+def _sample(scene, sp, key, out, count):
+    s, p = _scene_at(scene, 0), shading_point_at(sp, 0)
+    for i in range(count):
+        u0 = rng.sample1(key, i, 0)
+        u1, u2 = rng.sample2(key, i, 1)
+        label, wi, value, pdf = bsdf_sample(s, p, u0, u1, u2)
+        row = 14 * i
+        store_f64(out, row, float(label))
+        for k in range(3):
+            store_f64(out, row + 1 + k, wi[k])
+        for k in range(9):
+            store_f64(out, row + 4 + k, value[k])
+        store_f64(out, row + 13, pdf)
+
+
+@kernel
+def _color(scene, sp, out):
+    value = bsdf_color(_scene_at(scene, 0), shading_point_at(sp, 0))
+    for k in range(9):
+        store_f64(out, k, value[k])
+
+
+def direction(cosine: float, phi: float = 0.3) -> np.ndarray:
+    """A unit vector at an angle to z."""
+    sine = math.sqrt(max(1.0 - cosine * cosine, 0.0))
+    return np.array([sine * math.cos(phi), sine * math.sin(phi), cosine])
+
+
+class Surface:
+    """The closures of a BSDF node seen from `wo`, with the smooth and the geometric normal along z.
+
+    Inputs are keywords with spaces as underscores; enums (distribution, fresnel_type, component) likewise.
+    """
+
+    def __init__(self, node, wo, *, ng=(0.0, 0.0, 1.0), backfacing=0, ray_flags=1, weight=(1.0, 1.0, 1.0), **inputs):
+        self.closures = np.zeros(MAX_CLOSURES, CLOSURE)
+        self.registers = np.zeros(256)
+        self._scene, self._point = np.zeros(1, SCENE), np.zeros(1, SHADING_POINT)
+        self.point = self._point[0]
+        self._scene[0]["lobe_tables"] = address(_TABLES)
+        self.point["closures"] = address(self.closures)
+        self.point["registers"] = address(self.registers)
+        self.point["n"], self.point["ng"], self.point["wo"] = (0.0, 0.0, 1.0), ng, wo
+        self.point["backfacing"], self.point["ray_flags"] = backfacing, ray_flags
+        layout = BSDF_NODES[node]
+        words, free = [self._put(0, weight)], 3
+        for item in layout.inputs:
+            value = inputs.pop(item.name.replace(" ", "_"), None)
+            if value is None and item.default != "VALUE":
+                words.append(-1)
+                continue
+            value = _default(item) if value is None else value
+            words.append(self._put(free, np.broadcast_to(value, item.components)))
+            free += item.components
+        words += [values[inputs.pop(name, next(iter(values)))] for name, values in layout.enums]
+        assert not inputs, f"{node} has no {inputs}"
+        self._code = np.array(words, np.int32)
+        _run(address(self._scene), address(self._point), layout.opcode, address(self.registers), address(self._code))
+
+    def _put(self, register, value):
+        self.registers[register : register + len(value)] = value
+        return register
+
+    @property
+    def kinds(self) -> list[int]:
+        return [int(c["kind"]) for c in self.closures[: self.point["n_closures"]]]
+
+    def evaluate(self, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(values [n, 9], pdfs [n]) for directions [n, 3]."""
+        wi = np.ascontiguousarray(wi, dtype=np.float64).reshape(-1, 3)
+        out = np.empty((len(wi), 10))
+        _evaluate(address(self._scene), address(self._point), address(wi), address(out), len(wi))
+        return out[:, :9], out[:, 9]
+
+    def sample(self, count: int, key: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """(labels [n], wi [n, 3], values [n, 9], pdfs [n])."""
+        out = np.empty((count, COLUMNS))
+        _sample(address(self._scene), address(self._point), key, address(out), count)
+        return out[:, 0].astype(int), out[:, 1:4], out[:, 4:13], out[:, 13]
+
+    def albedo(self, count: int = 4096, key: int = 1) -> tuple[np.ndarray, np.ndarray]:
+        """(reflected and transmitted light under a white sky rgb, standard error rgb)."""
+        labels, _, values, pdf = self.sample(count, key)
+        rgb = values.reshape(-1, 3, 3).sum(axis=1)
+        throughput = np.where((labels > 0)[:, None], rgb / np.maximum(pdf, 1e-300)[:, None], 0.0)
+        return throughput.mean(axis=0), throughput.std(axis=0) / math.sqrt(count)
+
+    def color(self) -> np.ndarray:
+        """The colour passes: diffuse, glossy, transmission [3, 3]."""
+        out = np.empty(9)
+        _color(address(self._scene), address(self._point), address(out))
+        return out.reshape(3, 3)
+
+
+def _default(item):
+    return {"Base Color": 0.8, "Color": 0.8, "Alpha": 1.0, "Roughness": 0.5, "IOR": 1.5}.get(item.name, item.missing)
