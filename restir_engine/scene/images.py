@@ -41,7 +41,7 @@ class ImageTable:
     def add(self, key: Hashable, pixels: np.ndarray, decode: np.ndarray | None = None) -> int:
         """The index of new pixels, uint8 or float32 [height, width, 4]; those of a known key are replaced in place.
 
-        `decode`: float32 [IMAGE_DECODE + 1] that turns encoded colours in [0, 1] into scene-linear ones after filtering.
+        `decode`: float32 [IMAGE_DECODE + 1], scene-linear values of encoded ones in [0, 1], applied after filtering.
         """
         if pixels.dtype not in (np.uint8, np.float32) or pixels.ndim != 3 or pixels.shape[2] != 4 or not pixels.size:
             raise ValueError(f"not an image: {pixels.dtype} {pixels.shape}")

@@ -66,7 +66,7 @@ def _add4(a, b):
 def bilinear(image, extension, u, v):
     """Linear interpolation of the four texels around (u, v)."""
     x, y = u * image.width - 0.5, v * image.height - 0.5
-    i, j = int(math.floor(x)), int(math.floor(y))
+    i, j = math.floor(x), math.floor(y)
     x -= floor(x)
     y -= floor(y)
     i0, i1 = _wrap(extension, i, image.width), _wrap(extension, i + 1, image.width)
@@ -91,7 +91,7 @@ def _spline(n, t):
 @device
 def _bicubic(image, extension, u, v):
     x, y = u * image.width - 0.5, v * image.height - 0.5
-    i, j = int(math.floor(x)), int(math.floor(y))
+    i, j = math.floor(x), math.floor(y)
     x -= floor(x)
     y -= floor(y)
     total = (0.0, 0.0, 0.0, 0.0)
@@ -126,7 +126,7 @@ def image_lookup(scene, index, u, v, flags):
     if interpolation == LINEAR:
         color = bilinear(image, extension, u, v)
     elif interpolation == CLOSEST:
-        i, j = int(math.floor(u * image.width)), int(math.floor(v * image.height))
+        i, j = math.floor(u * image.width), math.floor(v * image.height)
         color = _texel(image, _wrap(extension, i, image.width), _wrap(extension, j, image.height), 1.0)
     else:
         color = _bicubic(image, extension, u, v)

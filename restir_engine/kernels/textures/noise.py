@@ -3,8 +3,6 @@
 One-dimensional noise lives on x. Amplitudes are scaled to about [-1, 1] by OSL's constants.
 """
 
-import math
-
 from ..jit import device
 from ..memory import float_bits, load_i32, store_f64
 from .hashing import TO_UNIT, hash1, hash2
@@ -97,9 +95,9 @@ def fractal_noise(flags, x, y, z, w, detail, roughness, lacunarity, offset, gain
 def _seed_offset(dimensions, seed, component):
     """A shift in [100, 200) that makes independent copies of a noise."""
     key = float_bits(seed)
-    if dimensions == 1:
-        return 100.0 + 100.0 * TO_UNIT * hash1(key)
-    return 100.0 + 100.0 * TO_UNIT * hash2(key, float_bits(component))
+    n = hash1(key) if dimensions == 1 else hash2(key, float_bits(component))
+    # Rounded where Cycles rounds: the octaves of a noise multiply the error.
+    return single(100.0 + single(100.0 * single(n * TO_UNIT)))
 
 
 @device

@@ -5,7 +5,7 @@ import math
 from ..jit import device
 from ..memory import load_i32, store_f64
 from ..vec import lerp, scale
-from .registers import single, value, vector, wrap, write
+from .registers import off_grid, single, value, vector, wrap, write
 
 LINEAR, QUADRATIC, EASING, DIAGONAL, RADIAL, QUADRATIC_SPHERE, SPHERICAL = 0, 1, 2, 3, 4, 5, 6
 _TURN = 6.2831854820251465  # float32's 2π, whose error counts at far coordinates
@@ -13,8 +13,8 @@ _TURN = 6.2831854820251465  # float32's 2π, whose error counts at far coordinat
 
 @device
 def _checker_cell(x):
-    """Parity of the unit interval; shrunk a little so that faces at whole numbers do not flicker."""
-    return int(math.floor(single((x + 0.000001) * 0.999999))) & 1
+    """Parity of the unit interval."""
+    return math.floor(off_grid(x)) & 1
 
 
 @device
@@ -53,7 +53,7 @@ def brick_op(registers, code, at):
     width = value(registers, code, at + 9)
     height = _safe(value(registers, code, at + 10))
     offset_frequency, squash_frequency = load_i32(code, at + 13), load_i32(code, at + 14)
-    row = int(math.floor(single(p[1] / height)))
+    row = math.floor(single(p[1] / height))
     shift = 0.0
     if offset_frequency != 0 and squash_frequency != 0:
         if row % squash_frequency == 0:
@@ -61,7 +61,7 @@ def brick_op(registers, code, at):
         if row % offset_frequency == 0:
             shift = width * value(registers, code, at + 11)
     width = _safe(width)
-    brick = int(math.floor(single((p[0] + shift) / width)))
+    brick = math.floor(single((p[0] + shift) / width))
     x = p[0] + shift - width * brick
     y = p[1] - height * row
     tint = _brick_tint((row << 16) + (brick & 0xFFFF)) + value(registers, code, at + 8)

@@ -1,4 +1,4 @@
-"""Sky Texture: atmospheres that `scene.sky` has computed into a table, and the closed formulas of Preetham and Hosek."""
+"""Sky Texture: atmospheres that `scene.sky` has computed into a table, and the closed formula of Preetham."""
 
 import math
 

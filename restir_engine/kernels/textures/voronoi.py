@@ -243,7 +243,7 @@ def _fractal(flags, detail, roughness, lacunarity, smoothness, exponent, randomn
     sums = state + _SUMS
     for n in range(8):
         store_f64(sums, n, 0.0)
-    octaves = int(math.ceil(detail)) + 1
+    octaves = math.ceil(detail) + 1
     if detail == 0.0 or roughness == 0.0:
         octaves, detail = 1, 0.0
     limit = _largest(flags, randomness, exponent)
@@ -310,6 +310,6 @@ def voronoi_op(registers, code, at):
         store_f64(registers, out + 1 + n, load_f64(sums, _COLOR + n))
     for n in range(4):
         # A position along one dimension is a W.
-        target = 3 if dimensions == 1 and n == 0 else n
-        if n == 0 or dimensions > 1:
+        target = 3 if dimensions == 1 else n
+        if n < dimensions:
             store_f64(registers, out + 4 + target, load_f64(sums, _POINT + n) * inverse)

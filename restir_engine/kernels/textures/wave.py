@@ -5,7 +5,7 @@ import math
 from ..jit import device
 from ..memory import load_i32, store_f64
 from .noise import FBM, FLAG_NORMALIZE, fractal_noise
-from .registers import floor, single, value, vector
+from .registers import floor, off_grid, value, vector
 
 BANDS, RINGS = 0, 1
 X, Y, Z, DIAGONAL, SPHERICAL = 0, 1, 2, 3, 3
@@ -36,10 +36,7 @@ def wave_op(registers, code, at):
     scale = value(registers, code, at + 2)
     distortion = value(registers, code, at + 3)
     flags = load_i32(code, at + 8)
-    # Moved and shrunk a little so that faces at whole numbers do not flicker.
-    x = single((p[0] * scale + 0.000001) * 0.999999)
-    y = single((p[1] * scale + 0.000001) * 0.999999)
-    z = single((p[2] * scale + 0.000001) * 0.999999)
+    x, y, z = off_grid(p[0] * scale), off_grid(p[1] * scale), off_grid(p[2] * scale)
     n = _phase(flags & 15, (flags >> 4) & 15, x, y, z) + value(registers, code, at + 7)
     if distortion != 0.0:
         detail = min(max(value(registers, code, at + 4), 0.0), 15.0)

@@ -92,7 +92,7 @@ def brick_texture(c, node):
     out = c.allocate(4)
     colors = [c.vector(node, name) for name in ("Color1", "Color2", "Mortar")]
     names = ("Scale", "Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Height")
-    numbers = _values(c, node, *names) + [c.constant(node.offset), c.constant(node.squash)]
+    numbers = [*_values(c, node, *names), c.constant(node.offset), c.constant(node.squash)]
     words = [*colors, *numbers, node.offset_frequency, node.squash_frequency]
     c.emit(ops.BRICK, out, texture_vector(c, node), *words)
     return {"Color": out, "Fac": out + 3}
