@@ -148,6 +148,22 @@ def clean(mesh: Mesh) -> str:
     return f"{dropped} triangles with invalid vertices (not finite, or not there) are left out"
 
 
+def normals_for(mesh: Mesh, to_object: np.ndarray) -> None:
+    """Scale the normals so that in world space they are of unit length at every corner, and interpolated there.
+
+    to_object: (12,) inverse of the matrix of the one instance that shows this mesh. Cycles bakes such a matrix into the mesh,
+    which is seen in the shading of objects that are stretched.
+    """
+    if mesh.normals is None:
+        return
+    inverse = to_object.reshape(3, 4)[:, :3]
+    squares = inverse @ inverse.T
+    if np.allclose(squares, squares[0, 0] * np.eye(3), rtol=1e-5, atol=1e-5 * abs(squares[0, 0])):
+        return
+    length = np.linalg.norm(mesh.normals @ inverse.astype(np.float32), axis=1, keepdims=True)
+    mesh.normals /= np.where(length > 0.0, length, 1.0)
+
+
 def _all_finite(values: np.ndarray) -> bool:
     # A sum of squares is finite only if all its terms are, and is one fast pass; it may overflow without that.
     flat = values.reshape(-1)

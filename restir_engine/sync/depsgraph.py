@@ -11,7 +11,7 @@ from ..kernels.memory import address
 from ..kernels.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER
 from ..scene import names
 from ..scene.instances import build_instances, usable
-from ..scene.mesh import Attribute, Mesh, attribute_table
+from ..scene.mesh import Attribute, attribute_table, normals_for
 from ..scene.scene import Scene
 from .camera import sync_camera
 from .curves import mesh_of
@@ -209,6 +209,9 @@ class _Reader:
                 for field in ("materials", "n_materials", "visibility", "flags", "object_index", "color")
             },
         )
+        shown = np.bincount(self.scene.instances["mesh"], minlength=len(self.scene.meshes))
+        for instance in self.scene.instances[shown[self.scene.instances["mesh"]] == 1]:
+            normals_for(self.scene.meshes[instance["mesh"]], instance["to_object"])
 
 
 def _column(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray:
@@ -219,6 +222,3 @@ def _column(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray
 
 def _is_deformed(item, data) -> bool:
     return isinstance(item.data, bpy.types.Mesh) and (len(item.modifiers) > 0 or data.shape_keys is not None)
-
-
-__all__ = ["Mesh", "build_scene"]

@@ -1,6 +1,7 @@
-"""What a node's output is at every pixel: Cycles' answer as emission, and ours at the point that our camera ray hits."""
+"""What a node's output is at every pixel: Cycles' answer as emission, ours where our camera ray hits."""
 
 import tempfile
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -15,6 +16,8 @@ from restir_engine.kernels.jit import device, kernel
 from restir_engine.kernels.memory import address, store_f64
 from restir_engine.kernels.records import instance_at
 from restir_engine.kernels.vec import store3_f64, vec
+from restir_engine.settings import RenderSettings
+from restir_engine.sync.depsgraph import build_scene
 
 COLUMNS = {
     "instance": 0,
@@ -54,7 +57,7 @@ def _trace(scene, camera, sp, scratch, width, height, mask, name, out):
     for y in range(height):
         for x in range(width):
             at = out + 8 * WIDTH * (y * width + x)
-            o, d, dp, dd = camera_ray(camera, x + 0.5, y + 0.5, 0.5, 0.5)
+            o, d, _, dd = camera_ray(camera, x + 0.5, y + 0.5, 0.5, 0.5)
             t, instance, primitive, u, v = intersect(scene, scratch, o, d, 0.0, 1e30, mask)
             store_f64(at, 0, float(instance))
             store3_f64(at, 23, o)
@@ -129,10 +132,55 @@ def cycles() -> np.ndarray:
 
 
 def probe(build, low: float = 0.0, high: float = 1.0) -> np.ndarray:
-    """Cycles' values (height, width, 3) of the socket that build(nodes) returns, on every object; they lie in low … high."""
+    """Cycles' values (height, width, 3), within low … high, of the socket that build(nodes) returns."""
     scale = 1.0 / (high - low)
-    material = emission_material(build, scale, -low * scale)
+    with override(emission_material(build, scale, -low * scale)):
+        return cycles()[..., :3] / scale + low
+
+
+def both(build, name: str = "", low: float = 0.0, high: float = 1.0) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Cycles' values of a socket and `ours`, where every object has a material that uses this socket."""
+    scale = 1.0 / (high - low)
+    with override(emission_material(build, scale, -low * scale)):
+        expected = cycles()[..., :3] / scale + low
+        return expected, ours(rendered_scene(), name)
+
+
+def rendered_scene():
+    """Our scene of the current one as a final render gives it: built from the depsgraph of a render."""
+    kept = []
+
+    class Recorder(bpy.types.RenderEngine):
+        bl_idname = "RESTIR_TEST_RECORDER"
+        bl_label = "Recorder"
+        bl_use_preview = False
+
+        def __init__(self, *args, **kwargs):
+            super().__init__(*args, **kwargs)
+
+        def render(self, depsgraph):
+            try:
+                kept.append(build_scene(depsgraph, RenderSettings()))
+            except Exception as error:
+                kept.append(error)
+
+    bpy.utils.register_class(Recorder)
+    try:
+        bpy.context.scene.render.engine = Recorder.bl_idname
+        bpy.ops.render.render()
+    finally:
+        bpy.context.scene.render.engine = "CYCLES"
+        bpy.utils.unregister_class(Recorder)
+    if isinstance(kept[0], Exception):
+        raise kept[0]
+    return kept[0]
+
+
+@contextmanager
+def override(material: bpy.types.Material):
+    """Every object of the view layer has this material."""
     bpy.context.view_layer.material_override = material
-    values = cycles()[..., :3] / scale + low
-    bpy.context.view_layer.material_override = None
-    return values
+    try:
+        yield
+    finally:
+        bpy.context.view_layer.material_override = None

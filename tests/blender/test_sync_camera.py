@@ -12,7 +12,6 @@ from mathutils import Vector
 from restir_engine.scene.errors import SceneError
 from restir_engine.scene.warnings import Warnings
 from restir_engine.sync.camera import sync_camera
-from restir_engine.sync.depsgraph import build_scene
 
 EXTENT = 8.0
 
@@ -47,7 +46,7 @@ def panorama(data):
 def assert_same_rays():
     """Cycles' points lie on our rays, within the pixel filter's 0.005 pixels."""
     expected = probe.probe(position, -10.0, 10.0)
-    found = probe.ours(build_scene(bpy.context.evaluated_depsgraph_get(), None))
+    found = probe.ours(probe.rendered_scene())
     assert found["p"].shape == expected.shape
     away = expected - found["o"]
     along = (away * found["d"]).sum(axis=-1)
@@ -149,7 +148,7 @@ def test_lens(room, kind, blades):
     expected = probe.probe(position, -10.0, 10.0)
     camera = sync_camera(bpy.context.evaluated_depsgraph_get(), Warnings())
     assert camera.focus_distance == pytest.approx(2.0)
-    sharp = build_scene(bpy.context.evaluated_depsgraph_get(), None)
+    sharp = probe.rendered_scene()
     sharp.camera.aperture = 0.0
     rays = probe.ours(sharp)
     matrix = camera.record()["to_world"].reshape(3, 4)
@@ -164,9 +163,7 @@ def test_lens(room, kind, blades):
     else:
         start = rays["o"] - camera.clip_start / -(d @ axes[:, 2])[..., None] * d
         focus = start + 2.0 / -(d @ axes[:, 2])[..., None] * d
-        first, second, normal = np.broadcast_arrays(axes[:, 0], axes[:, 1], d)[:2] + [
-            np.broadcast_to(-axes[:, 2], d.shape)
-        ]
+        first, second, normal = (np.broadcast_to(axis, d.shape) for axis in (axes[:, 0], axes[:, 1], -axes[:, 2]))
         centre = start
     line = focus - expected
     line /= np.linalg.norm(line, axis=-1, keepdims=True)
