@@ -1,40 +1,25 @@
-"""Where texture nodes take their coordinates from, and the mapping that the nodes themselves carry."""
+"""The coordinates of a texture node: what is linked or the node's default, through the mapping that the node carries."""
 
 from __future__ import annotations
 
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...kernels import opcodes as vm
 from ...kernels.textures import mapping
 from ...kernels.textures import opcodes as ops
-from .inputs import point_value, uv_map
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 
 
-def texture_vector(c, node, unlinked: int = vm.POINT_GENERATED) -> int:
-    """The register of a texture's coordinates: what is linked, or POINT_* of the shading point; mapped by the node."""
-    if c.is_linked(node, "Vector"):
-        vector = c.vector(node, "Vector")
-    else:
-        vector = point_value(c, unlinked)
-    return _mapped(c, node.texture_mapping, vector)
-
-
-def texture_uv(c, node) -> int:
-    """As `texture_vector`, for textures that are laid on by the render UV map."""
-    vector = c.vector(node, "Vector") if c.is_linked(node, "Vector") else uv_map(c, "")
-    return _mapped(c, node.texture_mapping, vector)
-
-
-def _mapped(c, texture_mapping, vector: int) -> int:
-    table = mapping_table(texture_mapping)
+def texture_vector(c, node) -> int:
+    """The register of a texture's coordinates."""
+    vector = c.vector(node, "Vector")
+    table = mapping_table(node.texture_mapping)
     if table is None:
         return vector
-    flags = mapping.NORMALIZE if texture_mapping.vector_type == "NORMAL" else 0
-    flags |= mapping.USE_MINIMUM if texture_mapping.use_min else 0
-    flags |= mapping.USE_MAXIMUM if texture_mapping.use_max else 0
+    flags = mapping.NORMALIZE if node.texture_mapping.vector_type == "NORMAL" else 0
+    flags |= mapping.USE_MINIMUM if node.texture_mapping.use_min else 0
+    flags |= mapping.USE_MAXIMUM if node.texture_mapping.use_max else 0
     out = c.allocate(3)
     c.emit(ops.TEXTURE_MAPPING, out, vector, c.table(table), flags)
     return out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from ...kernels import opcodes as vm
 from ...kernels.textures import noise, patterns, voronoi, wave
 from ...kernels.textures import opcodes as ops
 from .coordinates import texture_vector
@@ -50,6 +51,12 @@ def _values(c, node, *names: str) -> list[int]:
     return [c.value(node, name) for name in names]
 
 
+def _gray(c, register: int) -> int:
+    out = c.allocate(3)
+    c.emit(vm.SPLAT, out, register)
+    return out
+
+
 @node("ShaderNodeTexNoise")
 def noise_texture(c, node):
     out = c.allocate(4)
@@ -84,7 +91,7 @@ def wave_texture(c, node):
     names = ("Scale", "Distortion", "Detail", "Detail Scale", "Detail Roughness", "Phase Offset")
     factor = c.allocate(1)
     c.emit(ops.WAVE, factor, texture_vector(c, node), *_values(c, node, *names), flags)
-    return {"Fac": factor, "Color": c.splat(factor)}
+    return {"Fac": factor, "Color": _gray(c, factor)}
 
 
 @node("ShaderNodeTexBrick")
@@ -110,7 +117,7 @@ def checker_texture(c, node):
 def gradient_texture(c, node):
     factor = c.allocate(1)
     c.emit(ops.GRADIENT, factor, texture_vector(c, node), _GRADIENTS[node.gradient_type])
-    return {"Fac": factor, "Color": c.splat(factor)}
+    return {"Fac": factor, "Color": _gray(c, factor)}
 
 
 @node("ShaderNodeTexMagic")
@@ -124,9 +131,7 @@ def magic_texture(c, node):
 @node("ShaderNodeTexWhiteNoise")
 def white_noise_texture(c, node):
     out = c.allocate(4)
-    # This node alone has no coordinates of its own: an unlinked vector is the origin.
-    vector = c.vector(node, "Vector") if c.is_linked(node, "Vector") else c.constant((0.0, 0.0, 0.0))
-    c.emit(ops.WHITE_NOISE, out, vector, c.value(node, "W"), _DIMENSIONS[node.noise_dimensions])
+    c.emit(ops.WHITE_NOISE, out, c.vector(node, "Vector"), c.value(node, "W"), _DIMENSIONS[node.noise_dimensions])
     return {"Value": out, "Color": out + 1}
 
 
