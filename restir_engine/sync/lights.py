@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
 from ..kernels import records as rec
@@ -64,8 +62,6 @@ def sync_light(scene, instance, materials, visibility: int) -> None:
 
 def _with_program(scene, light, materials, strength: np.ndarray) -> tuple[np.ndarray, int]:
     """Strength and program of a light; a node tree that emits the same everywhere becomes part of the strength."""
-    if light.node_tree is None or not _uses_nodes(light):
-        return strength, -1
     index = materials.compile_light(light)
     if index < 0:
         return strength, -1
@@ -74,9 +70,3 @@ def _with_program(scene, light, materials, strength: np.ndarray) -> tuple[np.nda
         return strength, index
     emits = program.flags & rec.MATERIAL_EMITS
     return strength * (program.emission_estimate if emits else 0.0), -1
-
-
-def _uses_nodes(light) -> bool:
-    with warnings.catch_warnings():  # from 5.0 on asking is deprecated, yet older files still say no
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return getattr(light, "use_nodes", True)
