@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# The zip in a real Blender: validate, install, render without and with a window, disable, enable, open another file.
+#
+#     tests/desktop/check.sh 3.14
+#
+# The argument is the Python of that Blender. BLENDER and BLENDER_WINDOW say how to start it without and with a
+# screen (default: blender); both run in the repository's folder. Pictures and screenshots are written to out/desktop.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+python_version=${1:?the Python version of Blender, for example 3.13}
+blender=${BLENDER:-blender} window=${BLENDER_WINDOW:-${BLENDER:-blender}}
+out=out/desktop
+rm -rf $out && mkdir -p $out
+
+step() { printf '\n== %s\n' "$1"; }
+images() { ls $out/$1 >/dev/null && echo "written: $(ls $out/$1 | xargs -n 1 basename | tr '\n' ' ')"; }
+
+step "Build"
+python -m tools.build --python "$python_version" --out $out
+zip=$(ls $out/*.zip)
+
+step "Validate"
+$blender --command extension validate "$zip"
+
+step "Install and enable"
+$blender --command extension install-file --repo user_default --enable "$zip"
+
+step "A scene switched from Cycles"
+$blender -b --python-exit-code 1 --python tests/desktop/make_scene.py -- $out/scene.blend
+
+step "One frame and an animation from the command line"
+$blender -b $out/scene.blend -E RESTIR -o //out_ -f 1
+images 'out_0001.png'
+$blender -b $out/scene.blend -E RESTIR -o //anim_ -s 1 -e 3 -a
+images 'anim_000?.png'
+
+step "Disable, enable, open another file, register twice"
+$blender -b --python-exit-code 1 --python tests/desktop/reenable.py -- $out/scene.blend
+
+step "In the window"
+$window --python-exit-code 1 --python tests/desktop/window.py -- $out
+for name in engines rendering rendered viewport disabled; do images $name.png; done
+grep . $out/window.txt
+grep -q '^finished$' $out/window.txt

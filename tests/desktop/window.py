@@ -1,0 +1,118 @@
+"""What an artist does in the window, step by step on a timer, with a screenshot of each."""
+
+import shutil
+import subprocess
+import sys
+import time
+import traceback
+from pathlib import Path
+
+import addon_utils
+import bpy
+
+OUT = Path(sys.argv[-1]).resolve()
+NAME = "bl_ext.user_default.restir_engine"
+LOG = (OUT / "window.txt").open("w")
+
+
+def note(text: str) -> None:
+    """A line of the log."""
+    print(text, file=LOG, flush=True)
+
+
+def screenshot(name: str) -> None:
+    """Save what is on the screen."""
+    path = str(OUT / f"{name}.png")
+    if shutil.which("import"):
+        subprocess.run(["import", "-window", "root", path], check=True)
+    else:
+        bpy.ops.screen.screenshot(filepath=path)
+
+
+def areas(kind: str) -> list[bpy.types.Area]:
+    """The areas of one kind on the screen."""
+    return [area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == kind]
+
+
+def steps():
+    """A generator: yields the seconds to wait before the next step."""
+    window = bpy.context.window_manager.windows[0]
+    bpy.ops.wm.open_mainfile(filepath=str(OUT / "scene.blend"))
+    yield 1.0
+    window = bpy.context.window_manager.windows[0]
+    scene = window.scene
+    scene.render.engine = "RESTIR"
+    yield 0.5
+    note(f"settings from Cycles: {scene.restir.samples} samples, {scene.restir.diffuse_bounces} diffuse bounces")
+    assert (scene.restir.samples, scene.restir.diffuse_bounces) == (16, 3)
+    with bpy.context.temp_override(window=window, area=areas("PROPERTIES")[0]):
+        areas("PROPERTIES")[0].spaces[0].context = "RENDER"
+        bpy.ops.wm.context_menu_enum("INVOKE_DEFAULT", data_path="scene.render.engine")
+    yield 1.0
+    screenshot("engines")
+    window.event_simulate("ESC", "PRESS") if bpy.app.use_event_simulate else None
+    yield 0.5
+    scene.render.resolution_x, scene.render.resolution_y, scene.restir.samples = 480, 320, 32
+    started, finished = time.monotonic(), []
+    bpy.app.handlers.render_complete.append(lambda *_: finished.append("complete"))
+    bpy.app.handlers.render_cancel.append(lambda *_: finished.append("cancelled"))
+    with bpy.context.temp_override(window=window):
+        bpy.ops.render.render("INVOKE_DEFAULT")
+    while not finished and time.monotonic() - started < 240.0:
+        yield 1.0
+        screenshot("rendering")
+    note(f"F12: {finished or 'no end'} after {time.monotonic() - started:.1f} s")
+    assert finished == ["complete"]
+    yield 1.0
+    screenshot("rendered")
+
+    finished.clear()
+    scene.restir.samples = 100000
+    with bpy.context.temp_override(window=window):
+        bpy.ops.render.render("INVOKE_DEFAULT")
+    yield 4.0
+    note("Esc")
+    subprocess.run(["xdotool", "key", "Escape"], check=True)
+    escaped = time.monotonic()
+    while not finished and time.monotonic() - escaped < 20.0:
+        yield 0.02
+    note(f"{finished} {time.monotonic() - escaped:.2f} s after Esc")
+    yield 0.5
+    screenshot("escaped")
+
+    for other in bpy.context.window_manager.windows:
+        for area in other.screen.areas:
+            if area.type == "VIEW_3D":
+                kinds = [item.identifier for item in area.spaces[0].shading.bl_rna.properties["type"].enum_items]
+                try:
+                    area.spaces[0].shading.type = "RENDERED"
+                except TypeError as error:
+                    note(f"Rendered viewport is not offered: {error}")
+                note(f"viewport shading: {area.spaces[0].shading.type} of {kinds}")
+    yield 2.0
+    screenshot("viewport")
+    for area in areas("VIEW_3D"):
+        area.spaces[0].shading.type = "SOLID"
+    addon_utils.disable(NAME, default_set=True)
+    yield 1.0
+    screenshot("disabled")
+    addon_utils.enable(NAME, default_set=True)
+    bpy.ops.wm.read_homefile()
+    yield 1.0
+    note("finished")
+
+
+def run(generator) -> float | None:
+    """One step of the script; quits at its end."""
+    try:
+        return next(generator)
+    except StopIteration:
+        pass
+    except BaseException:
+        note(traceback.format_exc())
+    bpy.ops.wm.quit_blender()
+    return None
+
+
+script = steps()
+bpy.app.timers.register(lambda: run(script), first_interval=2.0, persistent=True)
