@@ -14,22 +14,24 @@ EMISSION = 3  # weight, colour, strength
 HOLDOUT = 4  # weight
 SET_NORMAL = 5  # normal: the shading normal from here on
 
-# Values: vm_math ------------------------------------------------------------------------------------------
+# Conversions between kinds of values: shader_vm ------------------------------------------------------------
 LUMINANCE = 10  # out, colour
 AVERAGE = 11  # out, vector
 SPLAT = 12  # out, value
 COMBINE = 13  # out, x, y, z
-MATH = 14  # out, index into MATH_OPERATIONS!, a, b, c
-MATH3 = 15  # out, index into MATH_OPERATIONS!, a, b, c: by component of vectors
-CLAMP = 16  # out, value, minimum, maximum, by range!
-MIX = 17  # out, factor, a, b: numbers
-VECTOR_MATH = 18  # out, index into VECTOR_OPERATIONS!, a, b, c, scale; numbers are left in the first register
-MAP_RANGE = 19  # out, index into MAP_RANGE_MODES!, of vector!, value, from min, from max, to min, to max, steps
-AFFINE = 20  # out, point, matrix (12 registers, rows of 4)
-MAPPING = 21  # out, index into MAPPING_TYPES!, vector, location, rotation, scale
-ROTATE_AXIS = 22  # out, vector, centre, axis, angle
-ROTATE_EULER = 23  # out, inverse!, vector, centre, rotation
-NORMALIZE = 24  # out, vector
+
+# Numbers and vectors: vm_math -------------------------------------------------------------------------------
+MATH = 20  # out, index into MATH_OPERATIONS!, a, b, c
+CLAMP = 21  # out, value, minimum, maximum, by range!
+MIX = 22  # out, factor, a, b: numbers
+MAP_RANGE = 23  # out, index into MAP_RANGE_MODES!, of vector!, value, from min, from max, to min, to max, steps
+MATH3 = 24  # out, index into MATH_OPERATIONS!, a, b, c: by component of vectors
+VECTOR_MATH = 25  # out, index into VECTOR_OPERATIONS!, a, b, c, scale; numbers are left in the first register
+AFFINE = 26  # out, point, matrix (12 registers, rows of 4)
+MAPPING = 27  # out, index into MAPPING_TYPES!, vector, location, rotation, scale
+NORMALIZE = 28  # out, vector
+ROTATE_AXIS = 29  # out, vector, centre, axis, angle
+ROTATE_EULER = 30  # out, inverse!, vector, centre, rotation
 
 # Operations of Math nodes, in the order of the immediates that stand for them, by Blender's identifiers.
 MATH_OPERATIONS = (

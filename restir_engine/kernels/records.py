@@ -290,6 +290,7 @@ SCENE = _record(
     "tables",  # float32: colour ramps, curves
     "images",
     "n_images",
+    "shader_entries",  # int64: addresses of what runs programs, see kernels.shader_vm
     "texture_entries",  # int64: addresses of texture instructions by opcode, see kernels.textures.dispatch
     "lobe_tables",  # float32: albedo tables, see kernels.lobes
     "lights",

@@ -1,10 +1,12 @@
 """The interpreter of shader programs (docs/architecture.md, Programs)."""
 
+import numpy as np
+
 from . import opcodes as ops
-from .jit import device
+from .jit import Entry, device, entry
 from .lobes import bsdf_op
-from .memory import load_f64, load_i32, store_f64
-from .records import material_at
+from .memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
+from .records import material_at, scene_at, shading_point_at
 from .textures import texture_op
 from .vec import normalize, put, store3_f64
 from .vm_bump import bump_op
@@ -31,7 +33,7 @@ def _emission(sp, registers, code, at):
 
 
 @device
-def _flow_op(op, scene, sp, registers, code, at):
+def _flow_op(op, sp, registers, code, at):
     """Run an instruction of the opcodes 2–9."""
     if op == ops.MIX_WEIGHTS:
         _mix_weights(registers, code, at)
@@ -47,6 +49,27 @@ def _flow_op(op, scene, sp, registers, code, at):
 
 
 @device
+def _conversion_op(op, registers, code, at):
+    """Run an instruction of the opcodes 10–19."""
+    out = load_i32(code, at)
+    x, y, z = number(registers, code, at + 1), 0.0, 0.0
+    if op == ops.SPLAT:
+        y = x
+        z = x
+    elif op == ops.COMBINE:
+        y = number(registers, code, at + 2)
+        z = number(registers, code, at + 3)
+    else:
+        _, y, z = triple(registers, code, at + 1)
+        if op == ops.LUMINANCE:
+            store_f64(registers, out, 0.2126729 * x + 0.7151522 * y + 0.0721750 * z)
+        else:
+            store_f64(registers, out, (x + y + z) * (1.0 / 3.0))
+        return
+    store3_f64(registers, out, (x, y, z))
+
+
+@device
 def _start(scene, sp, material):
     """Clear what programs write and copy the constants."""
     for k in range(3):
@@ -59,16 +82,12 @@ def _start(scene, sp, material):
 
 
 @device
-def shader_eval(scene, sp):
-    """Run the program of sp.material: sets the closures, emission, transparent and holdout of sp.
-
-    With RAY_SHADOW or RAY_EMISSION among sp.ray_flags no closures with a BSDF are made.
-    """
+def _run_program(scene, sp):
     material = material_at(scene.materials, sp.material)
     _start(scene, sp, material)
     if material.code < 0:
         return
-    registers, code = sp.registers, scene.code
+    registers, code, entries = sp.registers, scene.code, scene.shader_entries
     at = material.code
     op = load_i32(code, at)
     while op != ops.END:
@@ -78,17 +97,83 @@ def shader_eval(scene, sp):
             if number(registers, code, first) == 0.0:
                 at += load_i32(code, first + 1)
         elif op < 10:
-            _flow_op(op, scene, sp, registers, code, first)
-        elif op < 40:
-            math_op(op, registers, code, first)
-        elif op < 60:
-            color_op(op, scene, registers, code, first)
-        elif op < 80:
-            input_op(op, scene, sp, registers, code, first)
-        elif op < 100:
-            bump_op(op, scene, sp, registers, code, first)
-        elif op < 200:
+            _flow_op(op, sp, registers, code, first)
+        elif op < 20:
+            _conversion_op(op, registers, code, first)
+        elif op >= 100 and op < 200:
             texture_op(op, scene, sp, registers, code, first)
         else:
-            bsdf_op(op, scene, sp, registers, code, first)
+            family = _BSDFS if op >= 200 else op // 20
+            call_entry(load_i64(entries, family), record_address(scene), record_address(sp), op, registers, first)
         op = load_i32(code, at)
+
+
+@device
+def shader_eval(scene, sp):
+    """Run the program of sp.material: sets the closures, emission, transparent and holdout of sp.
+
+    With one of RAY_NO_LOBES among sp.ray_flags no closures with a BSDF are made.
+    """
+    call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), 0, 0, 0)
+
+
+# Places in the table of entries; between these two, a family of twenty opcodes each. An entry is compiled once, on
+# its own, when a scene first needs it, so that the kernels that run programs stay small.
+_PROGRAM, _BSDFS = 0, 5
+
+
+@entry
+def _program(scene, sp, op, registers, at):
+    _run_program(scene_at(scene, 0), shading_point_at(sp, 0))
+
+
+@entry
+def _maths(scene, sp, op, registers, at):
+    math_op(op, registers, scene_at(scene, 0).code, at)
+
+
+@entry
+def _colors(scene, sp, op, registers, at):
+    scene = scene_at(scene, 0)
+    color_op(op, scene, registers, scene.code, at)
+
+
+@entry
+def _inputs(scene, sp, op, registers, at):
+    scene = scene_at(scene, 0)
+    input_op(op, scene, shading_point_at(sp, 0), registers, scene.code, at)
+
+
+@entry
+def _normals(scene, sp, op, registers, at):
+    scene = scene_at(scene, 0)
+    bump_op(op, scene, shading_point_at(sp, 0), registers, scene.code, at)
+
+
+@entry
+def _bsdfs(scene, sp, op, registers, at):
+    scene = scene_at(scene, 0)
+    bsdf_op(op, scene, shading_point_at(sp, 0), registers, scene.code, at)
+
+
+_ENTRIES: tuple[Entry, ...] = (_program, _maths, _colors, _inputs, _normals, _bsdfs)
+
+
+def opcodes_in(code: np.ndarray) -> set[int]:
+    """The opcodes of the instructions in `code`."""
+    words, at, found = code.tolist(), 0, set()
+    while at < len(words):
+        found.add(words[at])
+        at += 2 + words[at + 1]
+    return found
+
+
+def shader_entries(code: np.ndarray) -> np.ndarray:
+    """Addresses of what runs these programs, compiled where it is not yet; 0 for families without an instruction."""
+    used = {_PROGRAM}
+    for op in opcodes_in(code):
+        if op >= 200:
+            used.add(_BSDFS)
+        elif 20 <= op < 100:
+            used.add(op // 20)
+    return np.array([e.address if index in used else 0 for index, e in enumerate(_ENTRIES)], np.int64)

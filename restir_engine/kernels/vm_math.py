@@ -1,11 +1,11 @@
-"""Shader instructions 10–39: numbers and vectors to others, as Cycles' nodes define them."""
+"""Shader instructions 20–39: numbers and vectors to others, as Cycles' nodes define them."""
 
 import math
 
 from . import opcodes as ops
 from .jit import device
 from .memory import load_f64, load_i32, store_f64
-from .vec import add, average, cross, dot, length, load3_f64, madd, neg, normalize, scale, store3_f64, sub
+from .vec import add, cross, dot, length, load3_f64, madd, neg, normalize, scale, store3_f64, sub
 
 
 @device
@@ -18,12 +18,6 @@ def number(registers, code, at):
 def triple(registers, code, at):
     """The vector or colour in the registers that a code word names."""
     return load3_f64(registers, load_i32(code, at))
-
-
-@device
-def luminance(c):
-    """Luminance of a linear Rec. 709 colour."""
-    return 0.2126729 * c[0] + 0.7151522 * c[1] + 0.0721750 * c[2]
 
 
 @device
@@ -286,10 +280,6 @@ def _number_op(op, registers, code, at):
             number(registers, code, at + 3),
             number(registers, code, at + 4),
         )
-    if op == ops.LUMINANCE:
-        return luminance(triple(registers, code, at + 1))
-    if op == ops.AVERAGE:
-        return average(triple(registers, code, at + 1))
     if op == ops.MIX:
         t = number(registers, code, at + 1)
         return number(registers, code, at + 2) * (1.0 - t) + number(registers, code, at + 3) * t
@@ -313,11 +303,6 @@ def _number_op(op, registers, code, at):
 @device
 def _triple_op(op, registers, code, at):
     """Instructions that leave a vector."""
-    if op == ops.SPLAT:
-        x = number(registers, code, at + 1)
-        return (x, x, x)
-    if op == ops.COMBINE:
-        return (number(registers, code, at + 1), number(registers, code, at + 2), number(registers, code, at + 3))
     if op == ops.AFFINE:
         return affine(registers, load_i32(code, at + 2), triple(registers, code, at + 1))
     if op == ops.NORMALIZE:
@@ -353,9 +338,9 @@ def _rotation_op(op, registers, code, at):
 def math_op(op, registers, code, at):
     """Run one instruction of this family."""
     out = load_i32(code, at)
-    if op <= ops.AVERAGE or op == ops.MATH or (op >= ops.CLAMP and op != ops.VECTOR_MATH and op <= ops.MAP_RANGE):
+    if op <= ops.MAP_RANGE:
         store_f64(registers, out, _number_op(op, registers, code, at))
-    elif op == ops.ROTATE_AXIS or op == ops.ROTATE_EULER:
+    elif op >= ops.ROTATE_AXIS:
         store3_f64(registers, out, _rotation_op(op, registers, code, at))
     else:
         store3_f64(registers, out, _triple_op(op, registers, code, at))

@@ -8,6 +8,7 @@ from ..embree.scenes import InstanceScene, MeshScene
 from ..kernels import records as rec
 from ..kernels.lobes import lobe_tables
 from ..kernels.memory import address
+from ..kernels.shader_vm import shader_entries
 from ..kernels.textures import texture_entries
 from . import names
 from .camera import Camera
@@ -106,6 +107,7 @@ class Scene:
         record["n_materials"] = len(self.shaders.materials)
         self._share(record, "images", self.images.records())
         record["n_images"] = len(self.images)
+        self._share(record, "shader_entries", shader_entries(self.shaders.code))
         self._share(record, "texture_entries", texture_entries(self.shaders.code))
         self._share(record, "lobe_tables", lobe_tables())
         self._share(record, "camera", np.asarray(self.camera.record()).reshape(1))

@@ -1,4 +1,4 @@
-"""Numbers and vectors to others: Math, Map Range, Clamp, Mix, Mapping, rotations, transforms, Separate and Combine XYZ."""
+"""Numbers and vectors to others: maths, ranges, Mix, mapping, rotations, transforms, Separate and Combine XYZ."""
 
 from __future__ import annotations
 
