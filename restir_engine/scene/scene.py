@@ -34,6 +34,7 @@ class Scene:
         self.world = World()
         self.camera = Camera()
         self.warnings = Warnings()
+        self.frame = 1  # what image sequences show
         self.attribute_names: dict[str, int] = {name: index for index, name in enumerate(names.RESERVED)}
         self._bottom: dict[int, tuple[Mesh, MeshScene]] = {}
         self._top: InstanceScene | None = None

@@ -29,6 +29,7 @@ def build_scene(depsgraph, settings) -> Scene:
     Raises SceneError where no picture can come of it.
     """
     scene = Scene()
+    scene.frame = depsgraph.scene.frame_current
     scene.camera = sync_camera(depsgraph, scene.warnings)
     reader = _Reader(scene, depsgraph, settings)
     reader.read()
