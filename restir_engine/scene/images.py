@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from functools import cache
 
 import numpy as np
@@ -33,6 +33,10 @@ class ImageTable:
     def nbytes(self) -> int:
         """Memory that the pixels take."""
         return sum(pixels.nbytes for pixels in self._pixels)
+
+    def __iter__(self) -> Iterator[Hashable]:
+        """The keys of all images, in the order of their indices."""
+        return iter(self._indices)
 
     def find(self, key: Hashable) -> int | None:
         """The index of the image that was added under this key."""

@@ -1,4 +1,4 @@
-"""The coordinates of a texture node: what is linked or the node's default, through the mapping that the node carries."""
+"""The coordinates of a texture node: what is linked or the default, through the mapping that the node carries."""
 
 from __future__ import annotations
 

@@ -1,0 +1,213 @@
+"""Blender's images as scene-linear pixels, through Blender's own image and colour code.
+
+What Blender cannot give for an image as it is (another frame, another tile, an unusual colour space) comes from
+temporary datablocks that are removed at once; the artist's own are never touched.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..scene.images import srgb_decode
+
+_ENCODED = "sRGB"
+_LINEAR = "Linear Rec.709"
+
+
+def image_index(scene, image: bpy.types.Image, image_user, warn) -> int:
+    """The index of an image in `scene.images`, read when it is new; -1 where it is missing.
+
+    `warn(text)` is told what is missing or only approximated.
+    """
+    image = image.original
+    frame = _frame(image_user, scene.frame) if image.source == "SEQUENCE" else 0
+    return _add(scene, image, frame, 0, warn)
+
+
+def tile_indices(scene, image: bpy.types.Image, warn) -> dict[int, int]:
+    """Index by number of each tile of a tiled image."""
+    image = image.original
+    return {tile.number: _add(scene, image, 0, tile.number, warn) for tile in image.tiles}
+
+
+def refresh_image(scene, image: bpy.types.Image) -> bool:
+    """Read an image that has changed again, in place; False: it is not used."""
+    image = image.original
+    used = [key for key in scene.images if key[0] == image.session_uid]
+    for key in used:
+        found = _read(image, key[1], key[2], lambda text: None)
+        if found is not None:
+            scene.images.add(key, *found)
+    return bool(used)
+
+
+def associates_alpha(image: bpy.types.Image) -> bool:
+    """Whether colours are multiplied by alpha, and to be divided again where a node uses its alpha output."""
+    return not image.colorspace_settings.is_data and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
+
+
+def _frame(user, frame: int) -> int:
+    """The number of the file that an ImageUser shows at a frame of the scene."""
+    length = user.frame_duration
+    number = frame - user.frame_start + 1
+    if length > 0:
+        number = (number - 1) % length + 1 if user.use_cyclic else min(max(number, 0), length)
+    return number + user.frame_offset
+
+
+def _add(scene, image, frame: int, tile: int, warn) -> int:
+    key = (image.session_uid, frame, tile)
+    index = scene.images.find(key)
+    if index is None:
+        found = _read(image, frame, tile, warn)
+        if found is None:
+            return -1
+        index = scene.images.add(key, *found)
+    return index
+
+
+def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | None] | None:
+    """Pixels and decode table of an image, of one of its frames or tiles; None where it is missing."""
+    if image.source == "MOVIE":
+        warn(f"movie “{image.name}”: shows the one frame that Blender has loaded")
+    try:
+        with _loaded(image, frame, tile) as source:
+            if source is not None and source.size[0] and source.size[1]:
+                found = _pixels(source, image)
+                if found is not None:
+                    return found
+    except RuntimeError:  # Blender cannot read the file
+        pass
+    part = f" (tile {tile})" if tile else f" (frame {frame})" if frame else ""
+    warn(f"image “{image.name}”{part} is missing")
+    return None
+
+
+@contextmanager
+def _loaded(image, frame: int, tile: int) -> Iterator[bpy.types.Image | None]:
+    """A datablock whose pixels are those of the frame or tile: the image itself where it can be."""
+    if image.source == "SEQUENCE":
+        path = bpy.path.abspath(image.filepath, library=image.library)
+        with _temporary(_numbered(path, frame), image) as loaded:
+            yield loaded
+    elif image.source == "TILED" and tile != image.tiles[0].number:
+        packed = next((file for file in image.packed_files if file.tile_number == tile), None)
+        with tempfile.TemporaryDirectory() as folder:
+            path = _tile_path(bpy.path.abspath(image.filepath, library=image.library), tile)
+            if packed is not None:
+                path = str(Path(folder) / Path(packed.filepath).name)
+                Path(path).write_bytes(packed.data)
+            with _temporary(path, image) as loaded:
+                yield loaded
+    else:
+        yield image
+
+
+@contextmanager
+def _temporary(path: str, like) -> Iterator[bpy.types.Image | None]:
+    """The file at `path` with the colour and alpha settings of another image; None where there is no such file."""
+    if not Path(path).is_file():
+        yield None
+        return
+    loaded = bpy.data.images.load(path, check_existing=False)
+    try:
+        loaded.colorspace_settings.name = like.colorspace_settings.name
+        loaded.alpha_mode = like.alpha_mode
+        yield loaded
+    finally:
+        bpy.data.images.remove(loaded)
+
+
+def _numbered(path: str, frame: int) -> str:
+    """The path with the last number in its file name replaced, as wide as it was."""
+    file = Path(path)
+    name = re.sub(r"\d+(?=\D*$)", lambda found: f"{frame:0{len(found.group())}d}", file.stem)
+    return str(file.with_name(name + file.suffix))
+
+
+def _tile_path(path: str, tile: int) -> str:
+    u, v = (tile - 1001) % 10 + 1, (tile - 1001) // 10 + 1
+    return path.replace("<UDIM>", str(tile)).replace("<UVTILE>", f"u{u}_v{v}")
+
+
+def _pixels(source, image) -> tuple[np.ndarray, np.ndarray | None] | None:
+    """(pixels, decode table) of a loaded datablock with the settings of `image`."""
+    width, height = source.size
+    values = np.empty(width * height * 4, np.float32)
+    if len(source.pixels) != len(values):
+        values = _fill_channels(source, width * height)
+        if values is None:
+            return None
+    else:
+        source.pixels.foreach_get(values)
+    values = values.reshape(height, width, 4)
+    if image.alpha_mode == "NONE":
+        values[..., 3] = 1.0
+    if source.is_float:  # Blender has converted and associated them when it loaded the file
+        return np.nan_to_num(values, copy=False, nan=0.0, posinf=3e38, neginf=-3e38), None
+    name = image.colorspace_settings.name
+    as_it_is = image.colorspace_settings.is_data or name == _LINEAR
+    if not as_it_is and not (name == _ENCODED and _works_in_rec709()):
+        values = _to_scene_linear(values, name)
+        if associates_alpha(image):
+            values[..., :3] *= values[..., 3:]
+        return values, None
+    pixels = np.rint(values * 255.0).astype(np.uint8)
+    if associates_alpha(image) and pixels[..., 3].min() < 255:
+        pixels[..., :3] = pixels[..., :3].astype(np.uint16) * pixels[..., 3:] // 255
+    return pixels, None if as_it_is else srgb_decode()
+
+
+def _fill_channels(source, count: int) -> np.ndarray | None:
+    """RGBA values of an image that has fewer channels."""
+    channels = source.channels
+    if not channels or len(source.pixels) != count * channels:
+        return None
+    given = np.empty(count * channels, np.float32)
+    source.pixels.foreach_get(given)
+    given = given.reshape(count, channels)
+    values = np.ones((count, 4), np.float32)
+    values[:, :3] = given[:, :1] if channels < 3 else given[:, :3]
+    if channels in (2, 4):
+        values[:, 3] = given[:, -1]
+    return values.ravel()
+
+
+def _works_in_rec709() -> bool:
+    """Whether scene-linear colours are those of Rec.709 (the file can choose from Blender 5 on)."""
+    colorspace = getattr(bpy.data, "colorspace", None)
+    return getattr(colorspace, "working_space", _LINEAR) == _LINEAR
+
+
+def _to_scene_linear(values: np.ndarray, name: str) -> np.ndarray:
+    """Colours converted from the colour space `name` by Blender: it converts float files when it loads them."""
+    height, width = values.shape[:2]
+    opaque = values.copy()
+    opaque[..., 3] = 1.0
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "colours.exr")
+        raw = bpy.data.images.new("colours", width, height, alpha=True, float_buffer=True, is_data=True)
+        try:
+            raw.pixels.foreach_set(opaque.ravel())
+            raw.filepath_raw = path
+            raw.file_format = "OPEN_EXR"
+            raw.save()
+        finally:
+            bpy.data.images.remove(raw)
+        loaded = bpy.data.images.load(path, check_existing=False)
+        try:
+            loaded.colorspace_settings.name = name
+            result = np.empty(opaque.size, np.float32)
+            loaded.pixels.foreach_get(result)
+        finally:
+            bpy.data.images.remove(loaded)
+    result = result.reshape(height, width, 4)
+    result[..., 3] = values[..., 3]
+    return np.nan_to_num(result, copy=False, nan=0.0, posinf=3e38, neginf=-3e38)
