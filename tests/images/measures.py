@@ -1,0 +1,39 @@
+"""Measures of error between images, all (height, width, ≥ 3) scene-linear."""
+
+from __future__ import annotations
+
+import flip_evaluator
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+
+def relmse(x: np.ndarray, reference: np.ndarray) -> float:
+    """Mean of (x - r)² / (r² + 0.01) over pixels and channels without the worst 0.1 % of the pixels."""
+    x, r = x[:, :, :3], reference[:, :, :3]
+    errors = np.sort(((x - r) ** 2 / (r**2 + 0.01)).mean(2).ravel())
+    return float(errors[: errors.size - errors.size // 1000].mean())
+
+
+def block_error(x: np.ndarray, reference: np.ndarray) -> float:
+    """relMSE after a blur of 6 pixels on both: what averaging does not remove."""
+    return relmse(*(gaussian_filter(a[:, :, :3], (6, 6, 0)) for a in (x, reference)))
+
+
+def srgb(linear: np.ndarray) -> np.ndarray:
+    """sRGB values in [0, 1] as float32 (height, width, 3)."""
+    x = np.clip(linear[:, :, :3], 0.0, 1.0)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055).astype(np.float32)
+
+
+def flip(x: np.ndarray, reference: np.ndarray) -> float:
+    """Mean LDR-FLIP after sRGB."""
+    images = (np.ascontiguousarray(srgb(a)[::-1]) for a in (reference, x))
+    return float(flip_evaluator.evaluate(*images, "LDR", applyMagma=False)[1])
+
+
+def standard_error(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Standard error per channel of the image mean of (a + b) / 2, two images that differ in their seed.
+
+    Pixels are taken as independent, each with the variance ((a - b) / 2)² of the mean of its two values.
+    """
+    return np.sqrt((((a - b) / 2) ** 2).sum((0, 1))) / (a.shape[0] * a.shape[1])

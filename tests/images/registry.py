@@ -1,0 +1,34 @@
+"""The list of scenes: what each one is rendered with and how close it has to come."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+# Bounds of a group: relative difference of the image means, and FLIP above that between two seeds of Cycles.
+BOUNDS = {1: (0.005, 0.01), 2: (0.02, 0.03)}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """`samples` are those of each of the four images: two seeds for each engine."""
+
+    name: str
+    build: Callable[[], None]
+    group: int
+    samples: int
+    size: tuple[int, int]
+    settings: dict = field(default_factory=dict)
+
+
+SCENES: dict[str, Scene] = {}
+
+
+def scene(group: int, samples: int = 128, size: tuple[int, int] = (96, 54), **settings):
+    """Register a function that builds a scene; `settings` replace parity settings by our name of them."""
+
+    def register(build: Callable[[], None]) -> Callable[[], None]:
+        SCENES[build.__name__] = Scene(build.__name__, build, group, samples, size, settings)
+        return build
+
+    return register

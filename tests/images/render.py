@@ -1,0 +1,179 @@
+"""Rendering one scene with either engine in this process, at settings that mean the same to both."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from restir_engine import engine
+
+from . import kit
+from .measures import flip, standard_error
+from .registry import BOUNDS, Scene
+
+# Settings of both engines: our name, Cycles' name, the value.
+SHARED = (
+    ("max_bounces", "max_bounces", 8),
+    ("diffuse_bounces", "diffuse_bounces", 8),
+    ("glossy_bounces", "glossy_bounces", 8),
+    ("transmission_bounces", "transmission_bounces", 8),
+    ("transparent_bounces", "transparent_max_bounces", 8),
+    ("min_bounces", "min_light_bounces", 0),
+    ("clamp_direct", "sample_clamp_direct", 0.0),
+    ("clamp_indirect", "sample_clamp_indirect", 0.0),
+    ("filter_glossy", "blur_glossy", 0.0),
+    ("caustics_reflective", "caustics_reflective", True),
+    ("caustics_refractive", "caustics_refractive", True),
+    ("film_exposure", "film_exposure", 1.0),
+    ("pixel_filter", "pixel_filter_type", "BLACKMAN_HARRIS"),
+    ("filter_width", "filter_width", 1.5),
+    ("use_denoising", "use_denoising", False),
+    ("use_animated_seed", "use_animated_seed", False),
+)
+# What only Cycles has, and has to leave out.
+CYCLES = {
+    "device": "CPU",
+    "use_adaptive_sampling": False,
+    "use_guiding": False,
+    "use_fast_gi": False,
+    "texture_limit_render": "OFF",
+    "light_sampling_threshold": 0.0,
+    "min_transparent_bounces": 0,
+    "use_auto_tile": False,
+}
+
+
+def register() -> None:
+    """Add the engine; bpy 4.5 can hang at exit while a class is registered."""
+    engine.register()
+    atexit.register(engine.unregister)
+
+
+def prepare(item: Scene) -> None:
+    """Build the scene in an empty file, with its settings."""
+    scene = kit.reset()
+    scene.render.resolution_x, scene.render.resolution_y = item.size
+    scene.render.resolution_percentage = 100
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.image_settings.color_mode = "RGBA"
+    scene.render.image_settings.color_depth = "32"
+    scene.render.image_settings.exr_codec = "NONE"
+    kit.assign(scene.cycles, CYCLES)
+    for ours, theirs, value in SHARED:
+        value = item.settings.get(ours, value)
+        setattr(scene.cycles, theirs, value)
+        setattr(scene.restir, ours, value)
+    scene.restir.is_initialized = True
+    item.build()
+
+
+def render(name: str, samples: int, seed: int) -> np.ndarray:
+    """The Combined pass (height, width, 4) of the current scene, rows bottom to top."""
+    scene = bpy.context.scene
+    scene.render.engine = name
+    for settings in (scene.cycles, scene.restir):
+        settings.samples, settings.seed = samples, seed
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.filepath = str(Path(folder) / "render.exr")
+        bpy.ops.render.render(write_still=True)
+        return read(scene.render.filepath)
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep Blender's progress lines out of the standard output."""
+    sys.stdout.flush()
+    keep, null = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(keep, 1)
+        os.close(keep)
+        os.close(null)
+
+
+def read(path: str) -> np.ndarray:
+    """Values of an image file without colour management."""
+    image = bpy.data.images.load(path)
+    image.colorspace_settings.is_data = True
+    pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    result = pixels.reshape(image.size[1], image.size[0], 4)
+    bpy.data.images.remove(image)
+    return result
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two seeds of Cycles (`reference`) and two of ours (`ours`); seconds for both images of each engine."""
+
+    scene: Scene
+    reference: tuple[np.ndarray, np.ndarray]
+    ours: tuple[np.ndarray, np.ndarray]
+    seconds: tuple[float, float]
+
+    @property
+    def difference(self) -> np.ndarray:
+        """Relative difference of the means by channel; of alpha, the difference itself."""
+        return (self._mean(self.ours) - self._mean(self.reference)) / self._scale
+
+    @property
+    def error(self) -> np.ndarray:
+        """Standard error of `difference`."""
+        return np.hypot(standard_error(*self.reference), standard_error(*self.ours)) / self._scale
+
+    @property
+    def flip(self) -> float:
+        """FLIP of ours against Cycles, one seed each."""
+        return flip(self.ours[0], self.reference[0])
+
+    @property
+    def flip_noise(self) -> float:
+        """FLIP between two seeds of Cycles."""
+        return flip(self.reference[1], self.reference[0])
+
+    @property
+    def _scale(self) -> np.ndarray:
+        return np.append(np.maximum(self._mean(self.reference)[:3], 1e-6), 1.0)
+
+    @staticmethod
+    def _mean(images: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+        return np.mean(images, (0, 1, 2), dtype=np.float64)
+
+    def failures(self) -> list[str]:
+        """What is out of bounds, and what was measured too coarsely to tell."""
+        mean_bound, flip_bound = BOUNDS[self.scene.group]
+        lines = []
+        if not all(np.isfinite(image).all() for image in (*self.reference, *self.ours)):
+            lines.append("pixels that are not finite")
+        for channel, off, error in zip("RGBA", self.difference, self.error, strict=True):
+            if not abs(off) <= mean_bound:
+                lines.append(f"{channel}: {off:+.2%} ± {error:.2%} of the mean, bound {mean_bound:.1%}")
+            if not error <= mean_bound / 2:
+                lines.append(f"{channel}: standard error {error:.2%} is too large for a bound of {mean_bound:.1%}")
+        if not self.flip <= self.flip_noise + flip_bound:
+            lines.append(f"FLIP {self.flip:.4f}, between two seeds {self.flip_noise:.4f}, bound +{flip_bound}")
+        return lines
+
+
+def compare(item: Scene, ours: str = "RESTIR") -> Comparison:
+    """Render a scene twice with Cycles and twice with `ours`."""
+    prepare(item)
+    images, seconds = [], []
+    for name, seeds in (("CYCLES", (1, 2)), (ours, (3, 4))):
+        start = time.perf_counter()
+        images.append(tuple(render(name, item.samples, seed) for seed in seeds))
+        seconds.append(time.perf_counter() - start)
+    return Comparison(item, *images, tuple(seconds))

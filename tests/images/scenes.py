@@ -1,0 +1,14 @@
+"""All scenes, in the order of their modules."""
+
+from dataclasses import replace
+
+from . import scenes_camera, scenes_geometry, scenes_light, scenes_lobes, scenes_texture
+from .registry import SCENES, Scene
+
+__all__ = ["SCENES", "scaled"]
+MODULES = (scenes_light, scenes_geometry, scenes_camera, scenes_texture, scenes_lobes)
+
+
+def scaled(item: Scene, factor: float) -> Scene:
+    """A scene with another number of samples."""
+    return replace(item, samples=max(1, round(item.samples * factor)))

@@ -1,0 +1,109 @@
+"""Cameras, the film, and what lies behind it."""
+
+import math
+
+import bpy
+
+from . import kit
+from .registry import scene
+
+
+def subject() -> None:
+    """Coloured balls at several depths."""
+    kit.floor()
+    colors = ((0.8, 0.2, 0.2), (0.2, 0.7, 0.3), (0.2, 0.3, 0.8), (0.7, 0.6, 0.2))
+    for i, color in enumerate(colors):
+        kit.put("ball", kit.diffuse(color), (-1.5 + i, -2.0 + 1.4 * i, 0.5), 0.5)
+    kit.lamp()
+    kit.world(lambda node: node("Background", Color=(0.1, 0.15, 0.2)))
+
+
+@scene(1)
+def orthographic():
+    subject()
+    kit.camera((3, -6, 4), type="ORTHO", ortho_scale=6.5, shift_x=0.1)
+
+
+@scene(1)
+def panorama():
+    subject()
+    part = dict(latitude_min=-1.2, longitude_max=2.0)
+    kit.camera((0.2, -0.6, 1.0), (0, 3, 1.0), type="PANO", panorama_type="EQUIRECTANGULAR", **part)
+
+
+@scene(1)
+def shift_and_fit():
+    subject()
+    kit.camera(shift_x=0.2, shift_y=-0.15, sensor_fit="VERTICAL", sensor_height=20, lens=30)
+    bpy.context.scene.render.pixel_aspect_x = 1.4
+
+
+@scene(1, 256)
+def depth_of_field():
+    """A bokeh of five blades, turned and squeezed, on small lights."""
+    subject()
+    for i in range(5):
+        kit.put("ball", kit.emission((1, 0.8, 0.6), 30.0), (-2 + i, 4.0, 1.2 + 0.4 * (i % 2)), 0.05)
+    dof = dict(use_dof=True, focus_distance=5.0, aperture_fstop=0.12, aperture_blades=5, aperture_rotation=0.4)
+    kit.camera(dof=dof | {"aperture_ratio": 1.5})
+
+
+@scene(1)
+def focus_object():
+    """A round aperture, focused on an object that is not in the middle; panoramas and parallel views blur as well."""
+    subject()
+    focus = bpy.data.objects["ball.001"]
+    kit.camera(type="ORTHO", ortho_scale=6.0, dof=dict(use_dof=True, focus_object=focus, aperture_fstop=0.02))
+
+
+@scene(1)
+def film_transparent():
+    """Alpha where the world shows, behind a veil, and a holdout material and object."""
+    subject()
+    bpy.context.scene.render.film_transparent = True
+    veil = kit.material(lambda node: node("BsdfTransparent", Color=(0.8, 0.5, 0.5)))
+    kit.put("plane", veil, (-1.4, -1.0, 1.9), 0.8, rotation=(90, 0, 0))
+
+    def half(node):
+        return node("MixShader", {0: 0.6, 1: node("BsdfDiffuse"), 2: node("Holdout")})
+
+    kit.put("ball", kit.material(half), (0.4, -2.2, 1.2), 0.4)
+    kit.put("cube", kit.diffuse(), (1.6, -1.5, 0.8), 0.4).is_holdout = True
+
+
+@scene(1)
+def border():
+    """A render border with crop, at half the resolution."""
+    subject()
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y, render.resolution_percentage = 192, 108, 50
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.2, 0.9, 0.1, 0.75
+
+
+@scene(1)
+def clipping():
+    """Clip distances cut what the camera sees, not what lights and shadows."""
+    subject()
+    kit.camera(clip_start=4.6, clip_end=7.4)
+
+
+@scene(1)
+def camera_data():
+    """Colours by distance and view vector."""
+    kit.floor(kit.material(lambda node: node("BsdfDiffuse", Color=by_depth(node))))
+    kit.put("monkey", kit.material(lambda node: node("Emission", Color=by_view(node), Strength=0.5)), (0, 0, 1))
+    kit.lamp()
+    kit.camera(angle=math.radians(50))
+
+
+def by_depth(node):
+    """Stripes of the distance along the view axis."""
+    data = node("CameraData")
+    mapped = node("MapRange", {"Value": data.outputs["View Z Depth"], "From Min": 4.0, "From Max": 10.0})
+    return kit.ramp(node, mapped, [(0.1, (0.8, 0.3, 0.1)), (0.5, (0.2, 0.7, 0.3)), (0.9, (0.2, 0.2, 0.8))])
+
+
+def by_view(node):
+    """The direction of view as a colour."""
+    return node("VectorMath", {0: node("CameraData").outputs["View Vector"]}, operation="ABSOLUTE")

@@ -1,0 +1,241 @@
+"""Lights and worlds on diffuse surfaces."""
+
+import math
+
+import bpy
+
+from . import kit
+from .registry import scene
+
+
+def subject() -> None:
+    """A floor, a box and a monkey."""
+    kit.floor()
+    kit.put("cube", kit.diffuse((0.7, 0.3, 0.2)), (-1.3, 0.6, 0.7), 0.7, rotation=(0, 0, 30))
+    kit.put("monkey", kit.diffuse((0.3, 0.5, 0.7)), (0.9, -0.2, 0.8), 0.8, smooth=False)
+
+
+@scene(1)
+def area_light():
+    subject()
+    kit.lamp()
+
+
+@scene(1)
+def point_lights():
+    subject()
+    kit.light("POINT", 60, (-0.4, -1.6, 1.9), shadow_soft_size=0.3, use_soft_falloff=False, color=(1, 0.8, 0.5))
+    kit.light("POINT", 60, (2.2, -0.6, 1.2), shadow_soft_size=0.25, use_soft_falloff=True, color=(0.5, 0.7, 1))
+    kit.light("POINT", 40, (-3, -1, 2.5), shadow_soft_size=0.0)
+
+
+@scene(1)
+def spot_lights():
+    subject()
+    spot = dict(target=(0.4, 0, 0), spot_size=math.radians(50))
+    kit.light("SPOT", 700, (-2.5, -2, 3.5), spot_blend=0.5, shadow_soft_size=0.3, use_soft_falloff=False, **spot)
+    kit.light("SPOT", 300, (2.5, -1, 3.5), spot_blend=0.0, shadow_soft_size=0.0, color=(1, 0.4, 0.2), **spot)
+    wide = kit.light("SPOT", 300, (0, 3, 3), (0, 0, 0), spot_size=math.radians(75), spot_blend=1.0)
+    wide.scale = (0.6, 1.0, 1.0)
+    kit.light("SPOT", 50, (1.9, 0.2, 1.4), (0, -4, 1), spot_size=math.radians(120), shadow_soft_size=0.3)
+
+
+@scene(1)
+def suns():
+    subject()
+    kit.light("SUN", 2.0, (-2, -2, 4), angle=math.radians(12))
+    kit.light("SUN", 1.0, (3, -1, 2), angle=0.0, color=(1, 0.6, 0.3))
+    kit.light("SUN", 1.0, (0, 6, 2.6), (0, 0, 1.6), angle=math.radians(6))
+
+
+@scene(1)
+def hdri():
+    subject()
+    kit.hdri("courtyard", 1.0, 70.0)
+
+
+@scene(1)
+def area_shapes():
+    subject()
+    back = dict(target=(0, 0, 0.5))
+    kit.light("AREA", 60, (-2.6, 1.5, 2.0), **back, shape="DISK", size=1.0)
+    kit.light("AREA", 60, (0.0, 2.2, 2.2), **back, shape="ELLIPSE", size=1.4, size_y=0.6, color=(1, 0.5, 0.3))
+    kit.light("AREA", 60, (2.4, 1.2, 2.0), **back, shape="RECTANGLE", size=0.4, size_y=1.4, color=(0.4, 0.6, 1))
+    kit.light("AREA", 60, (0.6, -3.0, 3.0), **back, shape="SQUARE", size=0.8)
+
+
+@scene(1)
+def area_spread():
+    subject()
+    for x, degrees, shape in ((-2.2, 20, "SQUARE"), (0.0, 60, "DISK"), (2.2, 120, "ELLIPSE")):
+        size = dict(size=0.9, size_y=0.5)
+        kit.light("AREA", 60, (x, -0.8, 2.6), (x, 0, 0), spread=math.radians(degrees), shape=shape, **size)
+
+
+@scene(1)
+def mesh_lights():
+    subject()
+
+    def textured(node):
+        color = kit.ramp(node, node("TexNoise", Scale=3.0), [(0.4, (1, 0.1, 0.02)), (0.6, (0.2, 0.5, 1))])
+        return node("Emission", Color=color, Strength=node("TexChecker", {"Color1": (9, 9, 9)}, Scale=3.0))
+
+    def one_sided(node):
+        back = node("NewGeometry").outputs["Backfacing"]
+        return node("MixShader", {0: back, 1: node("Emission", Strength=6.0)})
+
+    kit.put("ball", kit.material(textured), (-0.1, -1.2, 1.9), 0.35)
+    kit.put("plane", kit.material(one_sided), (2.4, -0.5, 1.6), 0.4, rotation=(0, -60, 0))
+    kit.put("plane", kit.emission((0.4, 1, 0.5), 3.0), (-2.2, -0.8, 1.5), 0.3, rotation=(0, 70, 0))
+
+
+@scene(1)
+def sky():
+    subject()
+    kinds = bpy.types.ShaderNodeTexSky.bl_rna.properties["sky_type"].enum_items
+    kind = "NISHITA" if "NISHITA" in kinds else "MULTIPLE_SCATTERING"
+    settings = dict(sun_elevation=math.radians(25), sun_rotation=2.4, sun_size=math.radians(4), sun_intensity=0.3)
+    kit.world(lambda node: node("Background", Color=node("TexSky", sky_type=kind, **settings), Strength=0.1))
+
+
+@scene(1)
+def sky_hosek():
+    subject()
+    sun = dict(sun_direction=(0.5, -0.6, 0.6), turbidity=4.0)
+    kit.world(lambda node: node("Background", Color=node("TexSky", sky_type="HOSEK_WILKIE", **sun), Strength=0.5))
+
+
+@scene(1)
+def sky_preetham():
+    subject()
+    sun = dict(sun_direction=(-0.5, -0.6, 0.5), turbidity=2.5)
+    kit.world(lambda node: node("Background", Color=node("TexSky", sky_type="PREETHAM", **sun), Strength=0.1))
+
+
+@scene(1)
+def light_path():
+    """A world that the camera sees in another colour, and a material that lets shadow rays pass."""
+    subject()
+
+    def two_worlds(node):
+        seen, unseen = node("Background", Color=(0.9, 0.7, 0.5)), node("Background", Color=(0.1, 0.3, 0.6))
+        return node("MixShader", {0: node("LightPath").outputs["Is Camera Ray"], 1: unseen, 2: seen})
+
+    def unshadowed(node):
+        return node(
+            "MixShader",
+            {
+                0: node("LightPath").outputs["Is Shadow Ray"],
+                1: node("BsdfDiffuse", Color=(0.9, 0.6, 0.1)),
+                2: node("BsdfTransparent", Color=(1, 0.7, 0.6)),
+            },
+        )
+
+    kit.world(two_worlds)
+    kit.put("ball", kit.material(unshadowed), (0.0, -1.4, 0.5), 0.5)
+    kit.lamp(100)
+
+
+@scene(1)
+def world_gradient():
+    """A world that is dark in most directions, through a procedural texture."""
+    subject()
+
+    def build(node):
+        direction = node("TexCoord").outputs["Generated"]
+        gradient = node("TexGradient", Vector=node("Mapping", Vector=direction, Rotation=(0.3, 1.2, 0.6)))
+        color = kit.ramp(node, gradient, [(0.5, (0.02, 0.03, 0.06)), (0.8, (3, 2, 1)), (0.9, (0.1, 0.1, 0.1))])
+        return node("Background", Color=color)
+
+    kit.world(build)
+
+
+@scene(1)
+def light_nodes():
+    subject()
+
+    def striped(node):
+        wave = node("TexWave", Vector=node("TexCoord").outputs["Normal"], Scale=2.0)
+        return node("Emission", Color=kit.ramp(node, wave, [(0.3, (1, 0.2, 0.1)), (0.7, (0.1, 0.4, 1))]), Strength=1.0)
+
+    def warm(node):
+        return node("Emission", Color=node("Blackbody", Temperature=2800.0), Strength=2.0)
+
+    def by_position(node):
+        parametric = node("NewGeometry").outputs["Parametric"]
+        return node("Emission", Color=node("TexChecker", Vector=parametric, Scale=4.0), Strength=2.0)
+
+    spot = dict(spot_size=math.radians(70), shadow_soft_size=0.1)
+    kit.light("SPOT", 400, (-2, -2, 3), (-0.5, 0, 0), striped, **spot)
+    kit.light("POINT", 40, (2.2, -1, 1.5), (0, 0, 0), warm, shadow_soft_size=0.2)
+    kit.light("AREA", 40, (0, 2, 2), (0, 0, 0.4), by_position, size=1.2)
+
+
+@scene(1)
+def many_lights():
+    subject()
+    for i in range(24):
+        angle = 2.4 * i
+        place = (3 * math.cos(angle), 3 * math.sin(angle), 0.5 + 0.1 * i)
+        color = [0.5 + 0.5 * math.cos(angle + shift) for shift in (0, 2, 4)]
+        kit.light("POINT", 2.0 + 2.0 * (i % 5), place, shadow_soft_size=0.05, color=color)
+
+
+@scene(1)
+def light_linked_settings():
+    """Lights that some rays do not see, that cast no shadow, that bounce only so often."""
+    subject()
+    hidden = kit.light("AREA", 60, (-2.0, 1.0, 2.0), (0, 0, 0.5), size=1.2)
+    hidden.visible_camera = False
+    direct = kit.light("POINT", 60, (2.2, -1.5, 2.0), shadow_soft_size=0.2, use_shadow=False, color=(1, 0.5, 0.4))
+    direct.data.cycles.max_bounces = 0
+    unseen = kit.light("AREA", 50, (1.0, 2.0, 2.0), (0, 0, 0.5), size=0.8, color=(0.4, 0.6, 1))
+    unseen.visible_diffuse = False
+
+
+@scene(1, 192)
+def cornell_box():
+    white = kit.diffuse((0.75, 0.75, 0.75))
+    walls = (
+        ((0, 0, 0), (0, 0, 0), white),
+        ((0, 0, 2), (180, 0, 0), white),
+        ((0, 1, 1), (90, 0, 0), white),
+        ((-1, 0, 1), (0, 90, 0), kit.diffuse((0.65, 0.05, 0.05))),
+        ((1, 0, 1), (0, -90, 0), kit.diffuse((0.12, 0.45, 0.12))),
+    )
+    for place, rotation, item in walls:
+        kit.put("plane", item, place, 1.0, rotation=rotation)
+    kit.put("plane", kit.emission(strength=12.0), (0, 0, 1.99), 0.25, rotation=(180, 0, 0))
+    kit.put("cube", white, (-0.35, 0.3, 0.6), (0.28, 0.28, 0.6), rotation=(0, 0, 20))
+    kit.put("cube", white, (0.35, -0.3, 0.3), 0.29, rotation=(0, 0, -18))
+    kit.camera((0, -3.8, 1.0), (0, 0, 1.0), lens=38)
+
+
+@scene(1, film_exposure=2.5)
+def exposure():
+    """Exposure of the film counts; that of the view transform is not in the pixels."""
+    subject()
+    kit.lamp(100)
+    bpy.context.scene.view_settings.exposure = 1.0
+
+
+@scene(1, max_bounces=2, diffuse_bounces=1, transparent_bounces=2)
+def bounce_limits():
+    subject()
+    kit.world(lambda node: node("Background", Color=(0.2, 0.3, 0.5)))
+    veil = kit.material(lambda node: node("BsdfTransparent", Color=(0.9, 0.7, 0.7)))
+    for y in (-0.8, -1.2, -1.6):
+        kit.put("plane", veil, (0.9, y, 0.7), 0.5, rotation=(90, 0, 0))
+    kit.lamp(100)
+
+
+@scene(1, min_bounces=3, clamp_direct=1.5, clamp_indirect=0.2)
+def clamps():
+    subject()
+    kit.lamp(600)
+
+
+@scene(1, pixel_filter="GAUSSIAN", filter_width=3.0)
+def wide_filter():
+    subject()
+    kit.lamp()
