@@ -26,9 +26,18 @@ _INV_SQRT_PI = 1.0 / math.sqrt(math.pi)
 
 @device
 def smith_lambda(beckmann, s):
-    """Smith's Λ for s = (α tan θ)² along the direction's azimuth."""
+    """Smith's Λ for s = (α tan θ)² along the direction's azimuth; Beckmann's by Walter's fit, as Cycles does."""
     if not beckmann:
         return 0.5 * (math.sqrt(1.0 + s) - 1.0)
+    if s < 0.39:
+        return 0.0
+    a = 1.0 / math.sqrt(s)
+    return (1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a)
+
+
+@device
+def _beckmann_lambda(s):
+    """Beckmann's exact Λ: the density of visible normals needs it, the fit is wrong by up to 0.4 %."""
     if s < 1e-4:
         return 0.0
     a = 1.0 / math.sqrt(s)
@@ -90,10 +99,13 @@ def microfacet_eval(c, wo, wi):
         probability = 1.0 - probability
         r0, r1, r2 = t0, t1, t2
     beckmann = c.p[P_DISTRIBUTION] == 1.0
-    lambda_o = smith_lambda(beckmann, _slope_variance(c, x, y, wo, cos_o))
+    variance = _slope_variance(c, x, y, wo, cos_o)
+    lambda_o = smith_lambda(beckmann, variance)
     lambda_i = smith_lambda(beckmann, _slope_variance(c, x, y, wi, cos_i))
     common = distribution(c, x, y, h, cos_h) / cos_o * jacobian
     value = common / (1.0 + lambda_o + lambda_i) * c.p[P_ENERGY]
+    if beckmann:
+        lambda_o = _beckmann_lambda(variance)
     return r0 * value, r1 * value, r2 * value, common * probability / (1.0 + lambda_o)
 
 
