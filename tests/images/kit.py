@@ -111,9 +111,12 @@ def lamp(energy: float = 300.0) -> bpy.types.Object:
 
 def world(build: Callable) -> bpy.types.World:
     """The scene's world from a node tree."""
-    bpy.context.scene.world = bpy.data.worlds.new("World")
-    tree(bpy.context.scene.world, "OutputWorld", build)
-    return bpy.context.scene.world
+    result = bpy.data.worlds.new("World")
+    tree(result, "OutputWorld", build)
+    # Cycles bakes a map of the size of an image to sample from, which takes longer than these renders.
+    result.cycles.sampling_method, result.cycles.sample_map_resolution = "MANUAL", 256
+    bpy.context.scene.world = result
+    return result
 
 
 def hdri(name: str = "studio", strength: float = 1.0, angle: float = 0.0) -> bpy.types.World:

@@ -43,7 +43,7 @@ def depth_of_field():
     """A bokeh of five blades, turned and squeezed, on small lights."""
     subject()
     for i in range(5):
-        kit.put("ball", kit.emission((1, 0.8, 0.6), 30.0), (-2 + i, 4.0, 1.2 + 0.4 * (i % 2)), 0.05)
+        kit.put("ball", kit.emission((1, 0.8, 0.6), 10.0), (-2 + i, 4.0, 1.2 + 0.4 * (i % 2)), 0.08)
     dof = dict(use_dof=True, focus_distance=5.0, aperture_fstop=0.12, aperture_blades=5, aperture_rotation=0.4)
     kit.camera(dof=dof | {"aperture_ratio": 1.5})
 

@@ -69,7 +69,7 @@ def area_spread():
     subject()
     for x, degrees, shape in ((-2.2, 20, "SQUARE"), (0.0, 60, "DISK"), (2.2, 120, "ELLIPSE")):
         size = dict(size=0.9, size_y=0.5)
-        kit.light("AREA", 60, (x, -0.8, 2.6), (x, 0, 0), spread=math.radians(degrees), shape=shape, **size)
+        kit.light("AREA", 6, (x, -0.8, 2.6), (x, 0, 0), spread=math.radians(degrees), shape=shape, **size)
 
 
 @scene(1)
@@ -78,15 +78,15 @@ def mesh_lights():
 
     def textured(node):
         color = kit.ramp(node, node("TexNoise", Scale=3.0), [(0.4, (1, 0.1, 0.02)), (0.6, (0.2, 0.5, 1))])
-        return node("Emission", Color=color, Strength=node("TexChecker", {"Color1": (9, 9, 9)}, Scale=3.0))
+        return node("Emission", Color=color, Strength=node("TexChecker", {"Color1": (40, 40, 40)}, Scale=3.0))
 
     def one_sided(node):
         back = node("NewGeometry").outputs["Backfacing"]
-        return node("MixShader", {0: back, 1: node("Emission", Strength=6.0)})
+        return node("MixShader", {0: back, 1: node("Emission", Strength=20.0)})
 
     kit.put("ball", kit.material(textured), (-0.1, -1.2, 1.9), 0.35)
     kit.put("plane", kit.material(one_sided), (2.4, -0.5, 1.6), 0.4, rotation=(0, -60, 0))
-    kit.put("plane", kit.emission((0.4, 1, 0.5), 3.0), (-2.2, -0.8, 1.5), 0.3, rotation=(0, 70, 0))
+    kit.put("plane", kit.emission((0.4, 1, 0.5), 20.0), (-2.2, -0.8, 1.5), 0.3, rotation=(0, 70, 0))
 
 
 @scene(1)
@@ -102,14 +102,14 @@ def sky():
 def sky_hosek():
     subject()
     sun = dict(sun_direction=(0.5, -0.6, 0.6), turbidity=4.0)
-    kit.world(lambda node: node("Background", Color=node("TexSky", sky_type="HOSEK_WILKIE", **sun), Strength=0.5))
+    kit.world(lambda node: node("Background", Color=node("TexSky", sky_type="HOSEK_WILKIE", **sun), Strength=3.0))
 
 
 @scene(1)
 def sky_preetham():
     subject()
     sun = dict(sun_direction=(-0.5, -0.6, 0.5), turbidity=2.5)
-    kit.world(lambda node: node("Background", Color=node("TexSky", sky_type="PREETHAM", **sun), Strength=0.1))
+    kit.world(lambda node: node("Background", Color=node("TexSky", sky_type="PREETHAM", **sun), Strength=0.5))
 
 
 @scene(1)

@@ -18,7 +18,7 @@ def show(materials, shape: str = "ball", samples_light: float = 120.0) -> None:
     size = 2.0 / (len(materials) + 0.4)
     kit.row(materials, shape, 2.0 * size * (len(materials) - 1), min(size, 0.8))
     kit.light("AREA", samples_light, (2.5, -3.0, 3.5), (0, 0, 0.5), size=1.5)
-    kit.hdri("studio", 0.6, 40.0)
+    kit.hdri("courtyard", 0.8, 40.0)
 
 
 def bsdf(kind: str, **keywords):

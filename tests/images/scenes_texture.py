@@ -77,14 +77,17 @@ def image_spaces():
 
 @scene(1)
 def checker_noise():
+    def snapped(node):
+        return node("VectorMath", {0: coordinates(node), 1: (0.25, 0.25, 0.25)}, operation="SNAP")
+
     show(
         [
             lambda node: node("TexChecker", Vector=coordinates(node), Scale=4.0),
             lambda node: node("TexNoise", Vector=coordinates(node), Scale=4.0).outputs["Color"],
             lambda node: node("TexNoise", Scale=3.0, Detail=5.5, Distortion=0.6),
-            lambda node: node("TexWhiteNoise", Vector=node("VectorMath", {0: coordinates(node), 1: (0.25,) * 3}, operation="SNAP")).outputs["Color"],
+            lambda node: node("TexWhiteNoise", Vector=snapped(node)).outputs["Color"],
         ]
-    )  # fmt: skip
+    )
 
 
 @scene(1)
@@ -142,6 +145,14 @@ def color_nodes():
     def base(node):
         return node("TexNoise", Vector=coordinates(node), Scale=2.0).outputs["Color"]
 
+    def mixed(node):
+        inputs = {"Factor_Float": 0.8, "A_Color": base(node), "B_Color": (0.9, 0.5, 0.1)}
+        return node("Mix", inputs, data_type="RGBA", blend_type="OVERLAY")
+
+    def separated(node):
+        hue = node("SeparateColor", Color=base(node), mode="HSV").outputs[0]
+        return node("CombineColor", Red=hue, Green=0.6, Blue=0.7, mode="HSV")
+
     def curved(node):
         result = node("RGBCurve", Color=base(node))
         result.mapping.curves[0].points.new(0.3, 0.7)
@@ -155,12 +166,12 @@ def color_nodes():
             lambda node: node("BrightContrast", {"Bright": 0.1, "Contrast": 0.6}, Color=base(node)),
             lambda node: node("Gamma", {"Gamma": 2.5}, Color=node("Invert", Color=base(node))),
             curved,
-            lambda node: node("Mix", {"Factor_Float": 0.8, "A_Color": base(node), "B_Color": (0.9, 0.5, 0.1)}, data_type="RGBA", blend_type="OVERLAY"),
+            mixed,
             lambda node: node("RGBToBW", Color=base(node)),
-            lambda node: node("CombineColor", {"Red": node("SeparateColor", Color=base(node), mode="HSV").outputs[0]}, Green=0.6, Blue=0.7, mode="HSV"),
+            separated,
         ],
         size=0.35,
-    )  # fmt: skip
+    )
 
 
 @scene(1)
@@ -276,9 +287,12 @@ def oren_nayar():
 @scene(1)
 def translucent():
     kit.floor()
-    leaf = kit.material(
-        lambda node: node("AddShader", {0: node("BsdfTranslucent", Color=(0.3, 0.6, 0.1)), 1: node("BsdfDiffuse", Color=(0.2, 0.3, 0.1))})
-    )  # fmt: skip
+
+    def both(node):
+        back, front = node("BsdfTranslucent", Color=(0.3, 0.6, 0.1)), node("BsdfDiffuse", Color=(0.2, 0.3, 0.1))
+        return node("AddShader", {0: back, 1: front})
+
+    leaf = kit.material(both)
     kit.put("plane", leaf, (-1.0, 0.0, 0.9), 0.8, rotation=(70, 0, 20))
     kit.put("ball", kit.material(lambda node: node("BsdfTranslucent", Color=(0.8, 0.5, 0.4))), (1.1, 0, 0.7), 0.65)
     kit.light("POINT", 150, (-1, 2.5, 2), shadow_soft_size=0.2)

@@ -1,4 +1,4 @@
-"""Every scene through Cycles and through this engine in one process: the same picture within the bounds of its group."""
+"""Every scene through Cycles and through this engine: the same picture within the bounds of its group."""
 
 import pytest
 
