@@ -81,16 +81,7 @@ def copy_settings(scene: bpy.types.Scene, keep_changed: bool) -> list[str]:
         ]
         if names:
             lines.append(f"View Layer “{layer.name}”: passes that are left out: {', '.join(names)}")
-    portals = [
-        o.name for o in scene.objects if o.type == "LIGHT" and getattr(o.data, "cycles", None) and is_portal(o.data)
-    ]
-    lines += [f"Light “{name}”: a portal gives no light and does not guide samples" for name in portals]
     return lines
-
-
-def is_portal(light: bpy.types.Light) -> bool:
-    """Whether Cycles uses an area light to guide samples through a window."""
-    return light.type == "AREA" and light.cycles.is_portal
 
 
 def initialize(scene: bpy.types.Scene) -> None:

@@ -1,4 +1,8 @@
-"""Panels of the Object, Light and World tabs, where Blender has none of its own that fits."""
+"""Panels of the object, data, material and world tabs, where Blender has none of its own that fits.
+
+Settings that Cycles keeps in its own property groups (emission sampling, bounces of a light, ray visibility of the
+world) are read by this engine too: they show while the Cycles add-on is enabled, as it is by default.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +57,11 @@ class RESTIR_LIGHT_PT_settings(RestirPanel, bpy.types.Panel):
         return super().poll(context) and context.light is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.column().prop(context.light, "use_shadow", text="Cast Shadow")
+        column, cycles = self.column(), getattr(context.light, "cycles", None)
+        column.prop(context.light, "use_shadow", text="Cast Shadow")
+        if cycles is not None:
+            column.prop(cycles, "max_bounces")
+            column.prop(cycles, "use_multiple_importance_sampling", text="Multiple Importance")
 
 
 class RESTIR_LIGHT_PT_nodes(RestirPanel, bpy.types.Panel):
@@ -79,9 +87,87 @@ class RESTIR_LIGHT_PT_nodes(RestirPanel, bpy.types.Panel):
         layout.template_node_view(light.node_tree, output, output.inputs["Surface"])
 
 
+class RESTIR_CAMERA_PT_panorama(RestirPanel, bpy.types.Panel):
+    """What part of the surroundings a panorama shows"""
+
+    bl_label = "Panorama"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.camera is not None and context.camera.type == "PANO"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, camera = self.column(), context.camera
+        for angle in ("latitude", "longitude"):
+            limits = column.column(align=True)
+            limits.prop(camera, f"{angle}_min", text=f"{angle.title()} Min")
+            limits.prop(camera, f"{angle}_max", text="Max")
+
+
+class RESTIR_MATERIAL_PT_settings(RestirPanel, bpy.types.Panel):
+    """How the material is used"""
+
+    bl_label = "Settings"
+    bl_context = "material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.material is not None and not context.material.grease_pencil
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, material = self.column(), context.material
+        column.prop(material, "pass_index")
+        if hasattr(material, "cycles"):
+            column.prop(material.cycles, "emission_sampling")
+        column.prop(material, "use_transparent_shadow")
+
+
+class RESTIR_WORLD_PT_ray_visibility(RestirPanel, bpy.types.Panel):
+    """Which rays see the world"""
+
+    bl_label = "Ray Visibility"
+    bl_context = "world"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and hasattr(context.world, "cycles_visibility")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        for name in ("camera", "diffuse", "glossy", "transmission"):
+            column.prop(context.world.cycles_visibility, name)
+
+
+class RESTIR_WORLD_PT_settings(RestirPanel, bpy.types.Panel):
+    """How light from the world is sampled"""
+
+    bl_label = "Settings"
+    bl_context = "world"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and hasattr(context.world, "cycles")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, cycles = self.column(), context.world.cycles
+        column.prop(cycles, "sampling_method", text="Sampling")
+        resolution = column.column()
+        resolution.active = cycles.sampling_method == "MANUAL"
+        resolution.prop(cycles, "sample_map_resolution")
+        column.prop(cycles, "max_bounces")
+
+
 CLASSES = (
     RESTIR_OBJECT_PT_ray_visibility,
     RESTIR_LIGHT_PT_beam,
     RESTIR_LIGHT_PT_settings,
     RESTIR_LIGHT_PT_nodes,
+    RESTIR_CAMERA_PT_panorama,
+    RESTIR_MATERIAL_PT_settings,
+    RESTIR_WORLD_PT_ray_visibility,
+    RESTIR_WORLD_PT_settings,
 )

@@ -132,7 +132,7 @@ class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):
 
 
 def pass_groups() -> dict[str, list[tuple[str, str]]]:
-    """The pass table for the panel: heading → (view layer property, label)."""
+    """The pass table for the panel: heading → (view layer property, label). Combined is always rendered."""
     groups: dict[str, list[tuple[str, str]]] = {
         "Data": [],
         "Diffuse": [],
@@ -142,12 +142,12 @@ def pass_groups() -> dict[str, list[tuple[str, str]]]:
     }
     for item in PASSES:
         lobe, _, half = item.name.partition(" ")
+        if not item.view_layer or item.name == "Combined":
+            continue
         if lobe in groups:
             groups[lobe].append((item.view_layer, half))
-        elif item.view_layer and item.kind == "COLOR" and item.name != "Combined":
-            groups["Light"].append((item.view_layer, item.name))
-        elif item.view_layer:
-            groups["Data"].append((item.view_layer, item.name))
+        else:
+            groups["Light" if item.kind == "COLOR" else "Data"].append((item.view_layer, item.name))
     return groups
 
 

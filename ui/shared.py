@@ -15,9 +15,7 @@ EEVEE_PANELS = {
     "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_displacement",
-    "EEVEE_MATERIAL_PT_settings",
     "EEVEE_MATERIAL_PT_surface",
-    "EEVEE_NEXT_MATERIAL_PT_settings",
     "EEVEE_WORLD_PT_surface",
     "MATERIAL_PT_preview",
 }

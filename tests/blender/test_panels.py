@@ -1,0 +1,145 @@
+"""Every panel draws, and every property that it shows exists; Blender's own panels show where they should."""
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def ui():
+    """The package `ui`, imported as part of the extension."""
+    name = "restir_checkout"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(
+            name, ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
+        )
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+    return importlib.import_module(f"{name}.ui")
+
+
+class Layout:
+    """Takes the place of UILayout: checks what is drawn and counts it."""
+
+    def __init__(self) -> None:
+        self.drawn: list[str] = []
+
+    def column(self, **_options):
+        return self
+
+    row = column
+
+    def prop(self, data, name: str, **_options) -> None:
+        assert name in data.bl_rna.properties, f"{data!r} has no {name}"
+        self.drawn.append(name)
+
+    def label(self, text: str, **_options) -> None:
+        self.drawn.append(text)
+
+    def operator(self, name: str, **_options) -> None:
+        assert name.startswith("restir.")
+        self.drawn.append(name)
+
+    def template_node_view(self, tree, node, socket) -> None:
+        self.drawn.append(socket.name)
+
+    def separator(self) -> None:
+        pass
+
+
+def draw(panel, **context) -> list[str]:
+    """What a panel shows in a context of these members; [] where its poll refuses."""
+    defaults = {"engine": "RESTIR", "scene": bpy.context.scene, "view_layer": bpy.context.view_layer}
+    absent = {"object": None, "light": None, "camera": None, "material": None, "world": None}
+    everything = SimpleNamespace(
+        region=SimpleNamespace(width=300),
+        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
+        **(absent | defaults | context),
+    )
+    bound = SimpleNamespace(layout=Layout())
+    bound.column = lambda: bound.layout
+    if not panel.poll(everything):
+        return []
+    if hasattr(panel, "draw_header"):
+        panel.draw_header(bound, everything)
+    panel.draw(bound, everything)
+    return bound.layout.drawn
+
+
+def owners() -> dict[str, dict]:
+    """Contexts in which panels of each tab show, by what the tab is about."""
+    lights = [bpy.data.lights.new(kind.title(), kind) for kind in ("POINT", "SUN", "SPOT", "AREA")]
+    for light in lights[:2]:
+        light.use_nodes = True
+    camera = bpy.data.cameras.new("Camera")
+    camera.type = "PANO"
+    mesh = bpy.data.objects.new("Mesh", bpy.data.meshes.new("Mesh"))
+    return {
+        "render": {},
+        **{f"light {light.type}": {"light": light} for light in lights},
+        "camera": {"camera": camera},
+        "mesh": {"object": mesh},
+        "lamp": {"object": bpy.data.objects.new("Lamp", lights[0])},
+        "material": {"material": bpy.data.materials.new("Material")},
+        "world": {"world": bpy.data.worlds.new("World")},
+    }
+
+
+def test_every_panel_draws_somewhere(scene, ui):
+    contexts = owners()
+    ui.render_panels.warning_log.add(scene.name, ["Material “A”: a sentence that is long enough to be broken twice"])
+    for panel in ui.CLASSES:
+        drawn = {name: draw(panel, **context) for name, context in contexts.items()}
+        assert any(drawn.values()), panel.__name__
+
+
+def test_no_panel_draws_with_another_engine(scene, ui):
+    for panel in ui.CLASSES:
+        for context in owners().values():
+            assert draw(panel, engine="CYCLES", **context) == []
+
+
+def test_every_scene_setting_and_pass_is_shown(scene, ui):
+    from restir_engine.properties import RestirSceneSettings
+    from restir_engine.settings import PASSES
+
+    drawn = {name for panel in ui.CLASSES for name in draw(panel)}
+    assert set(RestirSceneSettings.__annotations__) - drawn == {"is_initialized"}
+    assert {item.view_layer for item in PASSES if item.view_layer} - drawn == {"use_pass_combined"}
+
+
+def test_settings_come_from_properties_one_to_one(scene):
+    """Every field of RenderSettings is set by a property, and every property sets a field."""
+    from restir_engine.properties import RestirSceneSettings, render_settings
+    from restir_engine.settings import RenderSettings
+
+    fields = set(RenderSettings.__dataclass_fields__)
+    own = set(RestirSceneSettings.__annotations__)
+    assert fields - own == {"film_transparent", "pass_alpha_threshold", "passes"}
+    assert own - fields == {"use_animated_seed", "is_initialized"}
+    scene.restir.clamp_direct, scene.restir.pixel_filter, scene.restir.seed = 3.0, "BOX", 5
+    scene.render.film_transparent, scene.frame_current = True, 4
+    settings = render_settings(scene, bpy.context.view_layer)
+    assert (settings.clamp_direct, settings.pixel_filter, settings.seed) == (3.0, "BOX", 9)
+    assert settings.film_transparent
+
+
+def shown() -> set[str]:
+    """Names of Blender's own panels that show with this engine."""
+    panels = [p for p in bpy.types.Panel.__subclasses__() if p.__module__.startswith("bl_ui")]
+    return {p.__name__ for p in panels if "RESTIR" in getattr(p, "COMPAT_ENGINES", ())}
+
+
+def test_blenders_panels_for_all_engines_show(scene, ui):
+    ui.set_compatible(True)
+    names = shown()
+    ui.set_compatible(False)
+    expected = {"RENDER_PT_color_management", "EEVEE_MATERIAL_PT_surface", "EEVEE_WORLD_PT_surface", "DATA_PT_lens"}
+    assert expected <= names
+    assert not any(name.startswith("RENDER_PT_eevee") for name in names)
+    assert shown() == set()
