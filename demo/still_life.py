@@ -13,135 +13,68 @@ from mathutils import Vector, noise
 
 # Materials: inputs of Principled by name, and what varies over the surface: a pattern (see `PATTERNS`) with the
 # colours it runs through, its scale by axis, and the strength of the bump it gives.
+# fmt: off
 MATERIALS = {
-    "Oak": dict(
-        inputs={"Roughness": 0.42, "Coat Weight": 0.25, "Coat Roughness": 0.28},
-        pattern=("grain", ["1d0d06", "4a2511", "6e3d1c", "52290f"], (1.1, 11.0, 11.0), 0.10),
-    ),
-    "Plaster": dict(
-        inputs={"Roughness": 0.95},
-        pattern=("cloud", ["2a211a", "403328", "544434", "43362a"], (2.2, 2.2, 2.2), 0.25),
-    ),
-    "Linen": dict(
-        inputs={"Roughness": 0.9, "Sheen Weight": 0.55, "Sheen Roughness": 0.35, "Sheen Tint": "f2e6d2"},
-        pattern=("weave", ["a89a84", "cfc3ae", "e2d8c6", "cfc3ae"], (330.0, 330.0, 330.0), 0.18),
-    ),
-    "Copper": dict(
-        inputs={"Metallic": 1.0, "Roughness": 0.22, "Specular Tint": "ffd9c2"},
-        pattern=("hammer", ["c8683c", "d9814f", "c8683c", "9a4a2c"], (42.0, 42.0, 42.0), 0.35),
-    ),
-    "Brass": dict(inputs={"Base Color": "d9a441", "Metallic": 1.0, "Roughness": 0.16}),
-    "Gold": dict(inputs={"Base Color": "f2bf55", "Metallic": 1.0, "Roughness": 0.25}),
-    "Glass": dict(inputs={"Base Color": "ffffff", "Roughness": 0.0, "IOR": 1.5, "Transmission Weight": 1.0}),
-    "Wine": dict(inputs={"Base Color": "a01024", "Roughness": 0.0, "IOR": 1.34, "Transmission Weight": 1.0}),
-    "Celadon": dict(
-        inputs={"Roughness": 0.35, "Coat Weight": 1.0, "Coat Roughness": 0.04, "Coat IOR": 1.55},
-        pattern=("cloud", ["3f6f68", "6b9a8c", "8db7a5", "55857a"], (9.0, 9.0, 14.0), 0.02),
-    ),
-    "Lacquer": dict(
-        inputs={"Base Color": "8c0b0b", "Roughness": 0.45, "Coat Weight": 1.0, "Coat Roughness": 0.02, "Coat IOR": 1.6}
-    ),
-    "Orange": dict(
-        inputs={"Roughness": 0.38, "Specular IOR Level": 0.6},
-        pattern=("peel", ["d85a08", "e8740c", "f08a18", "e06a0a"], (260.0, 260.0, 260.0), 0.22),
-    ),
-    "Pear": dict(
-        inputs={"Roughness": 0.36, "Coat Weight": 0.3, "Coat Roughness": 0.2},
-        pattern=("cloud", ["7c8a1e", "b3a52c", "c8a838", "a8682a"], (26.0, 26.0, 9.0), 0.05),
-    ),
-    "Grape": dict(
-        inputs={"Coat Weight": 0.6, "Coat Roughness": 0.12, "Roughness": 0.5},
-        pattern=("cloud", ["1a0a24", "2c1038", "4a2e62", "6a5a86"], (60.0, 60.0, 60.0), 0.0),
-    ),
-    "Stem": dict(inputs={"Base Color": "3a2412", "Roughness": 0.8}),
-    "Wax": dict(inputs={"Base Color": "efe3c8", "Roughness": 0.4, "Coat Weight": 0.2}),
-    "Leather": dict(
-        inputs={"Roughness": 0.45, "Coat Weight": 0.15, "Coat Roughness": 0.3},
-        pattern=("peel", ["0c1f22", "12302f", "183c38", "0c2625"], (190.0, 190.0, 190.0), 0.35),
-    ),
-    "Paper": dict(
-        inputs={"Roughness": 0.9}, pattern=("pages", ["b8a47c", "d8c8a2", "e6d9b8", "c8b68c"], (2.0, 2.0, 900.0), 0.3)
-    ),
-    "Flame": dict(inputs={"Base Color": "000000", "Emission Color": "ffb259", "Emission Strength": 260.0}),
-    "Wick": dict(inputs={"Base Color": "0a0806", "Roughness": 0.9}),
+    "Oak": ({"Roughness": 0.42, "Coat Weight": 0.25, "Coat Roughness": 0.28},
+            ("grain", ["1d0d06", "4a2511", "6e3d1c", "52290f"], (1.1, 11.0, 11.0), 0.10)),
+    "Plaster": ({"Roughness": 0.95}, ("cloud", ["2a211a", "403328", "544434", "43362a"], (2.2, 2.2, 2.2), 0.25)),
+    "Linen": ({"Roughness": 0.9, "Sheen Weight": 0.55, "Sheen Roughness": 0.35, "Sheen Tint": "f2e6d2"},
+              ("fine", ["a89a84", "cfc3ae", "e2d8c6", "cfc3ae"], (330.0, 330.0, 330.0), 0.18)),
+    "Copper": ({"Metallic": 1.0, "Roughness": 0.22, "Specular Tint": "ffd9c2"},
+               ("hammer", ["c8683c", "d9814f", "c8683c", "9a4a2c"], (42.0, 42.0, 42.0), 0.35)),
+    "Brass": ({"Base Color": "d9a441", "Metallic": 1.0, "Roughness": 0.16}, None),
+    "Gold": ({"Base Color": "f2bf55", "Metallic": 1.0, "Roughness": 0.25}, None),
+    "Glass": ({"Base Color": "ffffff", "Roughness": 0.0, "IOR": 1.5, "Transmission Weight": 1.0}, None),
+    "Wine": ({"Base Color": "a01024", "Roughness": 0.0, "IOR": 1.34, "Transmission Weight": 1.0}, None),
+    "Celadon": ({"Roughness": 0.35, "Coat Weight": 1.0, "Coat Roughness": 0.04, "Coat IOR": 1.55},
+                ("cloud", ["3f6f68", "6b9a8c", "8db7a5", "55857a"], (9.0, 9.0, 14.0), 0.02)),
+    "Lacquer": ({"Base Color": "8c0b0b", "Roughness": 0.45, "Coat Weight": 1.0, "Coat Roughness": 0.02,
+                 "Coat IOR": 1.6}, None),
+    "Orange": ({"Roughness": 0.38, "Specular IOR Level": 0.6},
+               ("peel", ["d85a08", "e8740c", "f08a18", "e06a0a"], (260.0, 260.0, 260.0), 0.22)),
+    "Pear": ({"Roughness": 0.36, "Coat Weight": 0.3, "Coat Roughness": 0.2},
+             ("cloud", ["7c8a1e", "b3a52c", "c8a838", "a8682a"], (26.0, 26.0, 9.0), 0.05)),
+    "Grape": ({"Coat Weight": 0.6, "Coat Roughness": 0.12, "Roughness": 0.5},
+              ("cloud", ["1a0a24", "2c1038", "4a2e62", "6a5a86"], (60.0, 60.0, 60.0), 0.0)),
+    "Stem": ({"Base Color": "3a2412", "Roughness": 0.8}, None),
+    "Wax": ({"Base Color": "efe3c8", "Roughness": 0.4, "Coat Weight": 0.2}, None),
+    "Leather": ({"Roughness": 0.45, "Coat Weight": 0.15, "Coat Roughness": 0.3},
+                ("peel", ["0c1f22", "12302f", "183c38", "0c2625"], (190.0, 190.0, 190.0), 0.35)),
+    "Paper": ({"Roughness": 0.9}, ("fine", ["b8a47c", "d8c8a2", "e6d9b8", "c8b68c"], (2.0, 2.0, 900.0), 0.3)),
+    "Flame": ({"Base Color": "000000", "Emission Color": "ffb259", "Emission Strength": 260.0}, None),
+    "Wick": ({"Base Color": "0a0806", "Roughness": 0.9}, None),
 }
 
 # Patterns: texture node, its settings by input name.
 PATTERNS = {
     "grain": ("ShaderNodeTexNoise", {"Scale": 4.0, "Detail": 9.0, "Roughness": 0.62, "Distortion": 0.7}),
     "cloud": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 6.0, "Roughness": 0.6, "Distortion": 0.3}),
-    "weave": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 1.0, "Roughness": 0.5}),
+    "fine": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 2.0, "Roughness": 0.6}),
     "peel": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 2.0, "Roughness": 0.4}),
-    "pages": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 3.0, "Roughness": 0.7}),
     "hammer": ("ShaderNodeTexVoronoi", {"Scale": 1.0, "Randomness": 0.8}),
 }
 
 HDRI_TURN, HDRI_STRENGTH = 250.0, 1.3  # degrees; factor on the HDRI's radiance
 
 # Turned objects: profile, material, place. A point written twice makes a sharp edge.
-VASE = [(0, 0), (4.6, 0), (4.6, 0), (5.2, 0.8), (8.6, 7), (9.6, 12.5), (7.6, 18.5), (3.6, 23), (2.9, 26), (4.3, 29.2)]
-VASE += [(4.0, 29.4), (2.5, 26), (3.0, 23), (7.0, 18.3), (9.0, 12.5), (4.5, 1.4), (0, 1.2)]
-GOBLET = [
-    (0, 0),
-    (3.7, 0),
-    (3.8, 0.25),
-    (1.2, 0.75),
-    (0.45, 1.6),
-    (0.4, 6),
-    (0.55, 8.4),
-    (2.5, 9.6),
-    (3.9, 12.4),
-    (4.1, 15.5),
-]
-GOBLET += [(3.35, 19.6), (3.2, 19.7), (3.1, 19.6), (3.85, 15.5), (3.65, 12.6), (2.3, 10.2), (0, 9.4)]
+VASE = [(0, 0), (4.6, 0), (4.6, 0), (5.2, 0.8), (8.6, 7), (9.6, 12.5), (7.6, 18.5), (3.6, 23), (2.9, 26), (4.3, 29.2),
+        (4.0, 29.4), (2.5, 26), (3.0, 23), (7.0, 18.3), (9.0, 12.5), (4.5, 1.4), (0, 1.2)]
+GOBLET = [(0, 0), (3.7, 0), (3.8, 0.25), (1.2, 0.75), (0.45, 1.6), (0.4, 6), (0.55, 8.4), (2.5, 9.6), (3.9, 12.4),
+          (4.1, 15.5), (3.35, 19.6), (3.2, 19.7), (3.1, 19.6), (3.85, 15.5), (3.65, 12.6), (2.3, 10.2), (0, 9.4)]
 WINE = [(0, 9.45), (2.28, 10.25), (3.62, 12.62), (3.8, 14.2), (3.8, 14.2), (0, 14.2)]
-BOWL = [
-    (0, 0),
-    (4.2, 0),
-    (4.2, 0),
-    (4.0, 0.9),
-    (4.0, 0.9),
-    (9.2, 3.6),
-    (12.4, 8.6),
-    (12.7, 8.7),
-    (12.5, 8.9),
-    (12.1, 8.8),
-]
-BOWL += [(8.8, 4.2), (3.5, 1.7), (0, 1.5)]
-STICK = [
-    (0, 0),
-    (5.6, 0),
-    (5.8, 0.5),
-    (5.2, 1.2),
-    (2.2, 1.8),
-    (1.2, 3.2),
-    (1.9, 4.4),
-    (1.0, 5.6),
-    (0.8, 8.8),
-    (1.6, 10.2),
-]
-STICK += [(0.9, 11.4), (1.3, 12.8), (3.3, 13.6), (3.4, 13.9), (1.5, 13.8), (1.4, 15.6), (1.2, 15.6), (0, 15.5)]
+BOWL = [(0, 0), (4.2, 0), (4.2, 0), (4.0, 0.9), (4.0, 0.9), (9.2, 3.6), (12.4, 8.6), (12.7, 8.7), (12.5, 8.9),
+        (12.1, 8.8), (8.8, 4.2), (3.5, 1.7), (0, 1.5)]
+STICK = [(0, 0), (5.6, 0), (5.8, 0.5), (5.2, 1.2), (2.2, 1.8), (1.2, 3.2), (1.9, 4.4), (1.0, 5.6), (0.8, 8.8),
+         (1.6, 10.2), (0.9, 11.4), (1.3, 12.8), (3.3, 13.6), (3.4, 13.9), (1.5, 13.8), (1.4, 15.6), (0, 15.5)]
 CANDLE = [(0, 14.8), (1.12, 14.8), (1.12, 14.8), (1.14, 20), (1.1, 25.4), (0.95, 25.9), (0.6, 25.6), (0, 25.5)]
 FLAME = [(0, 26.3), (0.28, 26.6), (0.42, 27.2), (0.36, 28.2), (0.17, 29.4), (0.03, 30.4), (0, 30.6)]
 WICK = [(0, 25.3), (0.09, 25.3), (0.09, 26.9), (0, 27.0)]
-JAR = [
-    (0, 0),
-    (3.2, 0),
-    (3.2, 0),
-    (4.9, 2.2),
-    (5.2, 4.6),
-    (4.4, 7),
-    (4.4, 7),
-    (4.6, 7.1),
-    (4.6, 7.4),
-    (3.2, 8.6),
-    (0.8, 9.1),
-]
-JAR += [(0.6, 9.5), (1.0, 10.2), (0.6, 10.8), (0, 10.9)]
+JAR = [(0, 0), (3.2, 0), (3.2, 0), (4.9, 2.2), (5.2, 4.6), (4.4, 7), (4.4, 7), (4.6, 7.1), (4.6, 7.4), (3.2, 8.6),
+       (0.8, 9.1), (0.6, 9.5), (1.0, 10.2), (0.6, 10.8), (0, 10.9)]
 PEAR = [(0, 0.3), (1.6, 0), (3.6, 1.8), (3.9, 4), (2.9, 6.6), (1.75, 8.8), (1.3, 10), (0.6, 10.5), (0, 10.2)]
 BERRY = [(0, -1), (0.72, -0.72), (1, 0), (0.72, 0.72), (0, 1)]
 
-TURNED = [  # name, profile, material, location, tilt, scale
+TURNED = [  # name, profile, material, location, rotation, scale
     ("Vase", VASE, "Celadon", (-0.135, 0.10, 0), (0, 0, 0), 1.0),
     ("Goblet", GOBLET, "Glass", (0.165, -0.045, 0), (0, 0, 0), 1.0),
     ("Wine", WINE, "Wine", (0.165, -0.045, 0), (0, 0, 0), 1.0),
@@ -158,13 +91,14 @@ TURNED = [  # name, profile, material, location, tilt, scale
     ("Orange on top", BERRY, "Orange", (0.012, 0.052, 0.140), (0.9, 1.2, 0), 3.7),
     ("Orange on table", BERRY, "Orange", (0.105, -0.165, 0.037), (2.0, 0.4, 0), 3.7),
 ]
+# fmt: on
 
 
 def build(width: int = 960, height: int = 640) -> bpy.types.Scene:
     """Replace the open file by the still life and return its scene."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    materials = {name: material(name, **spec) for name, spec in MATERIALS.items()}
+    materials = {name: material(name, *row) for name, row in MATERIALS.items()}
     for name, profile, kind, location, rotation, scale in TURNED:
         turned(name, profile, materials[kind], location, rotation, scale)
     table(materials)
@@ -187,7 +121,7 @@ def rgba(code: str) -> tuple[float, float, float, float]:
     return (*[c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels], 1.0)
 
 
-def material(name: str, inputs: dict, pattern: tuple | None = None) -> bpy.types.Material:
+def material(name: str, inputs: dict, pattern: tuple | None) -> bpy.types.Material:
     """A Principled material from one row of `MATERIALS`."""
     result = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0, 0):
