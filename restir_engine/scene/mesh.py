@@ -151,8 +151,8 @@ def clean(mesh: Mesh) -> str:
 def normals_for(mesh: Mesh, to_object: np.ndarray) -> None:
     """Scale the normals so that in world space they are of unit length at every corner, and interpolated there.
 
-    to_object: (12,) inverse of the matrix of the one instance that shows this mesh. Cycles bakes such a matrix into the mesh,
-    which is seen in the shading of objects that are stretched.
+    to_object: (12,) inverse of the matrix of the one instance that shows this mesh. Cycles bakes such a matrix into the
+    mesh, which is seen in the shading of objects that are stretched.
     """
     if mesh.normals is None:
         return

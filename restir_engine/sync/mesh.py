@@ -11,7 +11,7 @@ import numpy as np
 from ..kernels.records import DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_POINT
 from ..scene import names
 from ..scene.mesh import Attribute, Mesh, clean, empty_vertices
-from .topology import islands, pointiness, tangents_without_mikk
+from .topology import islands, pointiness, tangents
 
 DOMAINS = {"POINT": DOMAIN_POINT, "CORNER": DOMAIN_CORNER, "FACE": DOMAIN_FACE}
 
@@ -132,7 +132,8 @@ def _read_normals(mesh: Mesh, data, n_corners: int) -> None:
     domain = data.normals_domain
     if domain == "FACE":
         return
-    if domain == "POINT":
+    # As in Cycles: where flat faces alone would split the normals of their neighbours, these stay whole.
+    if domain == "POINT" or not (data.has_custom_normals or _any(data, "sharp_edge", "EDGE")):
         mesh.normals = _vertex_normals(data)
         mesh.normals_domain = DOMAIN_POINT
     else:
@@ -143,6 +144,14 @@ def _read_normals(mesh: Mesh, data, n_corners: int) -> None:
         flat = _read(sharp.data, "value", (len(sharp.data),), bool)
         if flat.any():
             mesh.smooth = (~flat[mesh.polygons]).astype(np.uint8)
+
+
+def _any(data, name: str, domain: str) -> bool:
+    """Whether a boolean attribute is there and true anywhere."""
+    found = data.attributes.get(name)
+    if found is None or found.domain != domain or found.data_type != "BOOLEAN":
+        return False
+    return bool(_read(found.data, "value", (len(found.data),), bool).any())
 
 
 def _vertex_normals(data) -> np.ndarray:
@@ -181,18 +190,8 @@ _GENERATED = names.RESERVED.index(names.GENERATED)
 
 
 def _tangents(mesh: Mesh, data, uv_map: str, index: int) -> Attribute | None:
-    """MikkTSpace by Blender; where it refuses (faces of more than four corners), an average about each corner."""
     layer = data.uv_layers.get(uv_map) if uv_map else next((x for x in data.uv_layers if x.active_render), None)
     if layer is None:
         return None
-    n_corners = len(data.loops)
-    try:
-        data.calc_tangents(uvmap=layer.name)
-    except RuntimeError:
-        uv = _read(layer.uv, "vector", (n_corners, 2), np.float32)
-        return Attribute(index, DOMAIN_CORNER, tangents_without_mikk(mesh, uv, n_corners))
-    values = np.empty((n_corners, 4), np.float32)
-    values[:, :3] = _read(data.loops, "tangent", (n_corners, 3), np.float32)
-    values[:, 3] = _read(data.loops, "bitangent_sign", (n_corners,), np.float32)
-    data.free_tangents()
-    return Attribute(index, DOMAIN_CORNER, values)
+    uv = _read(layer.uv, "vector", (len(layer.uv), 2), np.float32)
+    return Attribute(index, DOMAIN_CORNER, tangents(mesh, uv))

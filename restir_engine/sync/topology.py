@@ -3,7 +3,8 @@
 import numpy as np
 
 from ..kernels.memory import address
-from ..kernels.records import DOMAIN_CORNER
+from ..kernels.records import MESH
+from ..kernels.tangents import RECORD, mikk_tangents
 from ..kernels.topology import connect
 from ..scene.mesh import Mesh
 from .hashing import hash_uint, to_unit
@@ -49,53 +50,15 @@ def _place_keys(points: np.ndarray) -> np.ndarray:
     return (keys ^ (keys >> np.uint64(32))) * np.uint64(0x94D049BB133111EB)
 
 
-def tangents_without_mikk(mesh: Mesh, uv: np.ndarray, n_corners: int) -> np.ndarray:
-    """Tangents (n_corners, 4) as MikkTSpace defines them, for meshes that Blender's own implementation refuses.
-
-    The direction of growing u on each triangle, averaged by angle over the corners that share vertex, uv, normal and
-    orientation; w is the sign of the bitangent.
-    """
-    triangles, corners = mesh.triangles.astype(np.int64), mesh.corners.astype(np.int64)
-    p = mesh.vertices[triangles].astype(np.float64)
-    st = uv[corners].astype(np.float64)
-    e1, e2 = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
-    d1, d2 = st[:, 1] - st[:, 0], st[:, 2] - st[:, 0]
-    area = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
-    sign = np.where(area < 0.0, -1.0, 1.0)
-    along = (e1 * d2[:, 1:] - e2 * d1[:, 1:]) * sign[:, None]
-    flat = np.cross(e1, e2)
-
-    total = np.zeros((n_corners, 3))
-    signs = np.ones(n_corners)
-    normals = np.zeros((n_corners, 3))
-    for k in range(3):
-        own = corners[:, k]
-        normal = _unit(flat if mesh.normals is None else _corner_normals(mesh, k))
-        to_next, to_last = p[:, (k + 1) % 3] - p[:, k], p[:, (k + 2) % 3] - p[:, k]
-        angle = np.arccos(np.clip((_unit(to_next) * _unit(to_last)).sum(axis=1), -1.0, 1.0))
-        tangent = _unit(along - normal * (along * normal).sum(axis=1, keepdims=True)) * angle[:, None]
-        for axis in range(3):
-            total[:, axis] += np.bincount(own, tangent[:, axis], n_corners)
-        signs[own] = sign
-        normals[own] = normal
-
-    vertex = np.zeros(n_corners)
-    vertex[corners.ravel()] = triangles.ravel()
-    key = np.column_stack([vertex, uv, signs, np.round(normals, 4)])
-    _, group = np.unique(key, axis=0, return_inverse=True)
-    group = group.reshape(-1)
-    merged = np.stack([np.bincount(group, total[:, axis]) for axis in range(3)], axis=1)
-    result = np.empty((n_corners, 4), np.float32)
-    result[:, :3] = _unit(merged)[group]
-    result[:, 3] = signs
+def tangents(mesh: Mesh, uv: np.ndarray) -> np.ndarray:
+    """MikkTSpace tangents (corners, 4) of a UV map (corners, 2): object space, w is the sign of the bitangent."""
+    record = np.zeros(1, MESH)
+    record[0] = mesh.record()
+    uv = np.ascontiguousarray(uv, np.float32)
+    count = 3 * len(mesh.triangles)
+    work = np.empty((count, RECORD))
+    heads = np.full(len(mesh.vertices), -1, np.int32)
+    links = np.empty(count, np.int32)
+    result = np.zeros((len(uv), 4), np.float32)
+    mikk_tangents(address(record), address(uv), address(work), address(heads), address(links), address(result))
     return result
-
-
-def _corner_normals(mesh: Mesh, k: int) -> np.ndarray:
-    table = mesh.corners if mesh.normals_domain == DOMAIN_CORNER else mesh.triangles
-    return mesh.normals[table[:, k].astype(np.int64)].astype(np.float64)
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return vectors / np.where(length > 0.0, length, 1.0)

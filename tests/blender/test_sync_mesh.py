@@ -190,7 +190,6 @@ def test_render_color(monkey):
 
 @pytest.mark.parametrize("ngons", [False, True])
 def test_tangents(monkey, ngons):
-    """Cycles computes them on triangles, Blender on quads: they differ a little."""
     if ngons:
         mesh = bmesh.new()
         mesh.from_mesh(monkey.data)
@@ -207,8 +206,7 @@ def test_tangents(monkey, ngons):
     tangent -= (tangent * found["n"][hit]).sum(axis=1, keepdims=True) * found["n"][hit]
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     angles = np.arccos(np.clip((tangent * expected[hit]).sum(axis=1), -1.0, 1.0))
-    assert np.median(angles) < 0.01
-    assert np.quantile(angles, 0.9) < 0.1
+    assert np.quantile(angles, 0.97) < 2e-3
 
 
 def test_pointiness(monkey):
