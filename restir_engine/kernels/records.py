@@ -229,6 +229,8 @@ EMITTER = _record(  # an instance with emissive triangles
 
 LIGHT_TABLE = _record(
     "n_local",  # lights 0 … n_local have a place, the others are suns
+    "n_targets",
+    "targets",  # float64 [n_targets, 5]: bounding sphere (centre, radius²) and index of the lamps that rays may find
     "n_emitters",
     "by_importance",  # 1: lamps are chosen by their importance at the point, 0: by the alias table
     "lamp_alias",  # ALIAS [n_lights]
@@ -245,7 +247,8 @@ WORLD_TABLE = _record(
     "width",  # of the map; 0: directions are chosen uniformly
     "height",
     "marginal",  # float32 [height + 1], cumulated over rows, bottom to top
-    "conditional",  # float32 [height, width + 1]
+    "conditional",  # float32 [height, width + 1], cumulated over each row
+    "guide",  # uint16 [height, width]: where in its row to start looking for i / width
     "max_bounces",
     "no_shadow",
     ("map", 1),  # probability of choosing the map, the sun's cone, the uniform sphere; sum 1

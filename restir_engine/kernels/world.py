@@ -8,7 +8,7 @@ import math
 
 from .emission import luminance, run_emission, shadow_point, visible_to, world_point
 from .jit import device, kernel
-from .memory import load_f32, store_f32, store_f64
+from .memory import load_f32, load_u16, store_f32, store_f64
 from .records import (
     LIGHT_SAMPLE_NO_SHADOW,
     RAY_EMISSION,
@@ -50,39 +50,42 @@ def _find(cdf, start, n, u):
 
 
 @device
-def _map_pdf(table, column, row):
-    """Density by solid angle in a pixel of the map."""
+def _sample_map(table, u0, u1):
+    """A direction by the map, and the map's density there."""
     n = table.width
-    at = row * (n + 1) + column
+    row = _find(table.marginal, 0, table.height, u1)
+    at = row * (n + 1)
+    column = load_u16(table.guide, row * n + min(int(u0 * n), n - 1))
+    while column < n - 1 and load_f32(table.conditional, at + column + 1) <= u0:
+        column += 1
+    low = load_f32(table.marginal, row)
+    row_share = load_f32(table.marginal, row + 1) - low
+    t = min((u1 - low) / max(row_share, 1e-30), 1.0)
+    low = load_f32(table.conditional, at + column)
+    share = load_f32(table.conditional, at + column + 1) - low
+    s = min((u0 - low) / max(share, 1e-30), 1.0)
+    bottom = _row_height(row, table.height)
+    band = _row_height(row + 1, table.height) - bottom
+    return world_direction((column + s) / n, bottom + t * band), row_share * share * n / (2.0 * math.pi * band)
+
+
+@device
+def _map_pdf(table, d):
+    """Density by solid angle with which `_sample_map` chooses d."""
+    n = table.width
+    u = 0.5 - math.atan2(d[1], d[0]) / (2.0 * math.pi)
+    v = 1.0 - math.acos(min(max(d[2], -1.0), 1.0)) / math.pi
+    row = min(max(int(v * table.height), 0), table.height - 1)
+    at = row * (n + 1) + min(max(int(u * n), 0), n - 1)
     p = load_f32(table.marginal, row + 1) - load_f32(table.marginal, row)
     p *= load_f32(table.conditional, at + 1) - load_f32(table.conditional, at)
     return p * n / (2.0 * math.pi * (_row_height(row + 1, table.height) - _row_height(row, table.height)))
 
 
 @device
-def _map_direction(table, u0, u1):
-    row = _find(table.marginal, 0, table.height, u1)
-    at = row * (table.width + 1)
-    column = _find(table.conditional, at, table.width, u0)
-    low = load_f32(table.marginal, row)
-    t = min((u1 - low) / max(load_f32(table.marginal, row + 1) - low, 1e-30), 1.0)
-    z = _row_height(row, table.height)
-    z += t * (_row_height(row + 1, table.height) - z)
-    low = load_f32(table.conditional, at + column)
-    s = min((u0 - low) / max(load_f32(table.conditional, at + column + 1) - low, 1e-30), 1.0)
-    return world_direction((column + s) / table.width, z)
-
-
-@device
-def _density(table, d):
-    """Density by solid angle of d under the mixture of map, sun and uniform sphere."""
+def _other_pdf(table, d):
+    """What sun and uniform sphere add to the density of the mixture."""
     pdf = table.uniform / (4.0 * math.pi)
-    if table.map > 0.0:
-        u = 0.5 - math.atan2(d[1], d[0]) / (2.0 * math.pi)
-        v = 1.0 - math.acos(min(max(d[2], -1.0), 1.0)) / math.pi
-        column = min(max(int(u * table.width), 0), table.width - 1)
-        row = min(max(int(v * table.height), 0), table.height - 1)
-        pdf += table.map * _map_pdf(table, column, row)
     if table.sun > 0.0:
         off = sub(d, vec(table.sun_direction))
         if 0.5 * dot(off, off) <= table.sun_one_minus_cos:
@@ -97,11 +100,13 @@ def sample_world(scene, sp, scratch, u0, u1, u2, ls):
     if sp.depth > table.max_bounces:
         return False
     if u2 < table.map:
-        d = _map_direction(table, u0, u1)
-    elif u2 < table.map + table.sun:
-        d = cone(vec(table.sun_direction), table.sun_one_minus_cos, u0, u1)
+        d, pdf = _sample_map(table, u0, u1)
     else:
-        d = cone((0.0, 0.0, 1.0), 2.0, u0, u1)
+        if u2 < table.map + table.sun:
+            d = cone(vec(table.sun_direction), table.sun_one_minus_cos, u0, u1)
+        else:
+            d = cone((0.0, 0.0, 1.0), 2.0, u0, u1)
+        pdf = _map_pdf(table, d) if table.map > 0.0 else 0.0
     point = shadow_point(scratch, sp)
     world_point(scene, point, d)
     put(ls.radiance, run_emission(scene, point))
@@ -114,7 +119,7 @@ def sample_world(scene, sp, scratch, u0, u1, u2, ls):
     put(ls.p, d)
     put(ls.ng, neg(d))
     ls.distance = math.inf
-    ls.pdf = _density(table, d)
+    ls.pdf = table.map * pdf + _other_pdf(table, d)
     ls.uv[0] = 0.0
     ls.uv[1] = 0.0
     return True
@@ -128,7 +133,9 @@ def world_pdf(scene, d):
     share = light_table_at(scene.light_table, 0).world
     if share == 0.0:
         return 0.0
-    return share * _density(world_table_at(scene.world_table, 0), d)
+    table = world_table_at(scene.world_table, 0)
+    pdf = table.map * _map_pdf(table, d) if table.map > 0.0 else 0.0
+    return share * (pdf + _other_pdf(table, d))
 
 
 @device

@@ -102,6 +102,13 @@ class LightTable:
         scene.record["n_lights"] = n
         if n == 0:
             return 0.0
+        flags, radii = lamps["flags"], lamps["radius"]
+        seen = ((flags & rec.LIGHT_HITTABLE) != 0) | ((lamps["visibility"] & rec.RAY_CAMERA) != 0)
+        found = np.flatnonzero(seen & ((flags & rec.LIGHT_DELTA) == 0) & (lamps["kind"] != rec.LIGHT_SUN))
+        # Rounding far from the lamp must not make it smaller.
+        targets = np.column_stack([lamps["center"], (radii * (1.0 + 1e-6) + 1e-9) ** 2, np.arange(n)])[found]
+        table["n_targets"] = len(found)
+        self._share(table, "targets", np.ascontiguousarray(targets))
         weights = lamps["importance"] / self._distances(scene, lamps) ** 2
         alias = AliasTable(weights + 0.05 * weights.mean())
         self._share(table, "lamp_alias", alias.table)

@@ -41,6 +41,7 @@ class World:
         self._record = np.zeros(1, rec.WORLD_TABLE)
         self._marginal = np.zeros(0, np.float32)
         self._conditional = np.zeros(0, np.float32)
+        self._guide = np.zeros(0, np.uint16)
         self._baked = None
 
     @property
@@ -98,11 +99,17 @@ class World:
             table["sun_direction"] = direction
             table["sun_one_minus_cos"] = 2.0 * math.sin(0.5 * half_angle) ** 2
             table["sun"] = np.clip(flux / (flux + rest), *_SUN_SHARE)
-        self._conditional, self._marginal = importance_map(values, bands)
-        table["width"], table["height"] = width, height
-        table["marginal"], table["conditional"] = address(self._marginal), address(self._conditional)
+        self._put_map(values, bands)
         table["uniform"] = _UNIFORM * (1.0 - table["sun"])
         table["map"] = 1.0 - table["sun"] - table["uniform"]
+
+    def _put_map(self, values: np.ndarray, bands: np.ndarray) -> None:
+        table = self._record[0]
+        self._conditional, self._marginal = importance_map(values, bands)
+        self._guide = guide(self._conditional)
+        table["height"], table["width"] = values.shape
+        for name, array in (("marginal", self._marginal), ("conditional", self._conditional), ("guide", self._guide)):
+            table[name] = address(array)
 
     def _find_sun(self, scene, values: np.ndarray) -> tuple[np.ndarray, float, float] | None:
         """(direction, half angle, irradiance at normal incidence) of a cone about the sun; it is cut out of the map.
@@ -168,3 +175,12 @@ def importance_map(values: np.ndarray, bands: np.ndarray) -> tuple[np.ndarray, n
     marginal /= marginal[-1]
     marginal[-1] = 1.0
     return np.ascontiguousarray(conditional, np.float32), marginal.astype(np.float32)
+
+
+def guide(conditional: np.ndarray) -> np.ndarray:
+    """For each row of a cumulated distribution the last index whose value is at most i / width: [height, width]."""
+    height, width = conditional.shape[0], conditional.shape[1] - 1
+    first = np.ceil(conditional[:, 1:width].astype(np.float64) * width).astype(np.int64)
+    first += np.arange(height)[:, None] * (width + 1)
+    counts = np.bincount(first.ravel(), minlength=height * (width + 1)).reshape(height, width + 1)
+    return np.cumsum(counts[:, :width], axis=1).astype(np.uint16)

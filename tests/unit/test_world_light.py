@@ -13,7 +13,6 @@ from test_lights import UP, WHITE, close, irradiance, polygon_irradiance
 from restir_engine.kernels import records as rec
 from restir_engine.scene.lamps import area_lamp, point_lamp
 from restir_engine.scene.scene import Scene
-from restir_engine.scene.world import importance_map
 
 QUAD = np.array([(-1, -0.5, 2), (1, -0.5, 2), (1, 0.5, 2), (-1, 0.5, 2)], float)
 TWO = [(0, 1, 2), (0, 2, 3)]
@@ -31,11 +30,8 @@ def world_scene(width=64, **world) -> Scene:
 
 def paint(scene: Scene, values: np.ndarray) -> None:
     """Put another map in the place of the baked one (the program emits the same in all directions)."""
-    world = scene.world
     bands = np.diff(-np.cos(np.pi * np.arange(len(values) + 1) / len(values)))
-    world._conditional, world._marginal = importance_map(values.astype(np.float32), bands)
-    world.record["conditional"] = world._conditional.ctypes.data
-    world.record["marginal"] = world._marginal.ctypes.data
+    scene.world._put_map(values.astype(np.float32), bands)
 
 
 def test_world_is_baked():

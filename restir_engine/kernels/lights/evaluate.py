@@ -2,9 +2,9 @@
 
 from ..emission import off_surface, run_emission, shadow_point, visible_to
 from ..jit import device
+from ..memory import load_f64
 from ..records import (
     LIGHT_AREA,
-    LIGHT_DELTA,
     LIGHT_HITTABLE,
     LIGHT_SPHERE,
     LIGHT_SUN,
@@ -12,7 +12,7 @@ from ..records import (
     light_at,
     light_table_at,
 )
-from ..vec import dot, madd, mul, neg, normalize, scale, sub, vec
+from ..vec import dot, load3_f64, madd, mul, neg, normalize, scale, sub, vec
 from .area import area_pdf, area_uv, intersect_area, spread_factor
 from .ball import ball_pdf, ball_uv, falloff, intersect_ball
 from .select import lamp_probability
@@ -21,7 +21,7 @@ from .sun import in_sun, sun_pdf, sun_uv
 
 @device
 def _found_by(light, ray_flags):
-    if light.flags & LIGHT_DELTA or (ray_flags & RAY_CAMERA == 0 and light.flags & LIGHT_HITTABLE == 0):
+    if ray_flags & RAY_CAMERA == 0 and light.flags & LIGHT_HITTABLE == 0:
         return False
     return visible_to(light.visibility, ray_flags)
 
@@ -35,17 +35,15 @@ def lights_intersect(scene, o, d, tmin, tmax, ray_flags):
     found = -1
     if scene.light_table == 0:
         return found, tmax
-    for i in range(light_table_at(scene.light_table, 0).n_local):
-        light = light_at(scene.lights, i)
-        r = light.radius
-        if r > 0.0 and _found_by(light, ray_flags):
-            c = sub(vec(light.center), o)
-            off = madd(c, d, -dot(c, d))
-            if dot(off, off) <= r * r:
-                if light.kind == LIGHT_AREA:
-                    t = intersect_area(light, o, d)
-                else:
-                    t = intersect_ball(light, o, d)
+    table = light_table_at(scene.light_table, 0)
+    for k in range(table.n_targets):
+        c = sub(load3_f64(table.targets, 5 * k), o)
+        along = dot(c, d)
+        if dot(c, c) - along * along <= load_f64(table.targets, 5 * k + 3):
+            i = int(load_f64(table.targets, 5 * k + 4))
+            light = light_at(scene.lights, i)
+            if _found_by(light, ray_flags):
+                t = intersect_area(light, o, d) if light.kind == LIGHT_AREA else intersect_ball(light, o, d)
                 if tmin < t < tmax:
                     tmax = t
                     found = i
