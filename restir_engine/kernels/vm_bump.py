@@ -54,13 +54,28 @@ def _map_color(space, c):
 
 
 @device
+def _unit_normals(mesh, primitive, u, v):
+    """The blend of a smooth triangle's normals, each of unit length in object space; zero for a flat triangle.
+
+    A mesh may hold normals of other lengths, see scene.mesh.normals_for; the length of the blend tells how far a
+    normal map bends it.
+    """
+    if is_black(object_normal(mesh, primitive, u, v)):
+        return (0.0, 0.0, 0.0)
+    a = normalize(object_normal(mesh, primitive, 0.0, 0.0))
+    b = normalize(object_normal(mesh, primitive, 1.0, 0.0))
+    c = normalize(object_normal(mesh, primitive, 0.0, 1.0))
+    return add(scale(a, 1.0 - u - v), add(scale(b, u), scale(c, v)))
+
+
+@device
 def _tangent_space(scene, sp, name, c, strength):
     """The world normal of a tangent-space colour, sp.n where the mesh has no such tangent."""
     found, x, y, z, sign = attribute(scene, sp, name, 0.0, 0.0)
     if not found:
         return vec(sp.n)
     instance = instance_at(scene.instances, sp.instance)
-    n = object_normal(mesh_at(scene.meshes, sp.mesh), sp.primitive, sp.u, sp.v)
+    n = _unit_normals(mesh_at(scene.meshes, sp.mesh), sp.primitive, sp.u, sp.v)
     if is_black(n):  # flat: the geometric normal before it was turned to the ray's side
         n = normalize(transform_normal(instance.to_world, neg(vec(sp.ng)) if sp.backfacing else vec(sp.ng)))
     tangent = (x, y, z)

@@ -211,9 +211,9 @@ def _curve(tables, registers, code, at, components):
 def _blackbody(tables, registers, code, at):
     """Fitted linear Rec. 709 colour of a black body. Rows of the table: end temperature, r (3), g (3), b (4)."""
     table = tables + 4 * load_i32(code, at + 1)
-    t = clamp(number(registers, code, at + 2), 800.0, 12000.0)
+    t = max(number(registers, code, at + 2), 800.0)
     row = 0
-    while row < 6 and t >= load_f32(table, row * 11):
+    while row < 7 and t >= load_f32(table, row * 11):
         row += 1
     base = row * 11 + 1
     r, g = load3_f32(table + 4 * base, 0), load3_f32(table + 4 * base, 1)

@@ -45,12 +45,8 @@ from .vm_shift import barycentric_shift, shifted_attribute, shifted_position
 
 @device
 def normal_operand(sp, registers, code, at):
-    """The unit normal that a code word names: a register, or -1 for the shading normal."""
-    register = load_i32(code, at)
-    if register < 0:
-        return vec(sp.n)
-    n = triple(registers, code, at)
-    return vec(sp.n) if is_black(n) else normalize(n)
+    """The normal that a code word names, of whatever length: a register, or -1 for the shading normal."""
+    return vec(sp.n) if load_i32(code, at) < 0 else triple(registers, code, at)
 
 
 @device
@@ -315,9 +311,9 @@ def _attribute(scene, sp, registers, code, at):
         store_f64(registers, out + 3, 1.0)
         return
     width = number(registers, code, at + 3)
-    _, x, y, z, w = shifted_attribute(scene, sp, load_i32(code, at + 1), load_i32(code, at + 2), width)
+    found, x, y, z, w = shifted_attribute(scene, sp, load_i32(code, at + 1), load_i32(code, at + 2), width)
     store3_f64(registers, out, (x, y, z))
-    store_f64(registers, out + 3, w)
+    store_f64(registers, out + 3, w if found else 1.0)
 
 
 @device

@@ -106,7 +106,9 @@ def _add_grid(name: str, build: Build, x: float, y: float, scale: float, offset:
         uvs = np.array(corners)[:, :2] @ np.array(matrix).T + 0.5
         layer.uv.foreach_set("vector", uvs.ravel())
     color = mesh.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
-    color.data.foreach_set("color", [c for a, b, z in points for c in (0.5 + 0.4 * a, 0.5 - 0.4 * b, 0.2 + z, 0.7 + 0.2 * b)])
+    color.data.foreach_set(
+        "color", [c for a, b, z in points for c in (0.5 + 0.4 * a, 0.5 - 0.4 * b, 0.2 + z, 0.7 + 0.2 * b)]
+    )
     heat = mesh.attributes.new("Heat", "FLOAT", "POINT")
     heat.data.foreach_set("value", [a * b + 0.5 for a, b, _ in points])
     mesh.materials.append(emission_material(name, build, scale, offset))
