@@ -7,11 +7,14 @@ import logging
 import os
 from ctypes import POINTER, c_bool, c_char_p, c_int, c_size_t, c_void_p
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .film import Film
 from .scene.warnings import Warnings
+
+if TYPE_CHECKING:
+    from .film import Film  # which needs compiled code, and a panel asks here for the library
 
 log = logging.getLogger(__name__)
 

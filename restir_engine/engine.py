@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import logging
 import time
+from pathlib import Path
 
 import bpy
 
-from . import properties, requirements, warning_log
+from . import denoise, properties, requirements, warning_log
 from .settings import PASS_BY_NAME, PASSES
 
 log = logging.getLogger(__name__)
@@ -91,7 +92,7 @@ class Display:
 
     def __init__(self, engine: RestirEngine, result: bpy.types.RenderResult) -> None:
         self._engine, self._result = engine, result
-        self._line, self._line_time = "", 0.0
+        self._line, self._line_time, self._peak = "", 0.0, 0.0
         self._picture_time, self._interval = 0.0, FIRST_INTERVAL
 
     def status(self, status) -> None:
@@ -103,6 +104,8 @@ class Display:
         self._line, self._line_time = line, now
         self._engine.update_stats("", line)
         self._engine.update_progress(status.progress)
+        self._peak = max(self._peak, status.memory / 2**20)
+        self._engine.update_memory_stats(memory_used=status.memory / 2**20, memory_peak=self._peak)
 
     def picture(self, session) -> None:
         """Show the samples that the film has by now; in a batch render nobody looks."""
@@ -157,9 +160,25 @@ def fail(engine: RestirEngine, text: str) -> None:
 def report_warnings(engine: RestirEngine, scene: bpy.types.Scene, warnings) -> None:
     """Show what could not be rendered as meant: in the info log and in the Warnings panel."""
     lines = warnings.lines()
-    warning_log.record(scene.name, lines)
     for line in lines:
         engine.report({"WARNING"}, line)
+    warning_log.record(scene.name, lines)
+    if not bpy.app.background:
+        bpy.app.timers.register(redraw_properties)  # which runs on the window's thread
+
+
+def redraw_properties() -> None:
+    """Draw the Properties editors again, the Warnings panel in them."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "PROPERTIES":
+                area.tag_redraw()
+
+
+def denoiser_folders() -> list[Path]:
+    """Where the running Blender keeps its libraries, on each platform."""
+    base = Path(bpy.app.binary_path or bpy.__file__).parent
+    return [base / "lib", base / "blender.shared", base.parent / "Resources" / "lib"]
 
 
 def configure_cache() -> None:
@@ -173,6 +192,7 @@ def configure_cache() -> None:
 
 def register() -> None:
     """Add the engine and its properties."""
+    denoise.configure(denoiser_folders())
     properties.register()
     if not RestirEngine.is_registered:
         bpy.utils.register_class(RestirEngine)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..restir_engine import warning_log
+from ..restir_engine import denoise, warning_log
 from ..restir_engine.settings import PASSES
 from .shared import RestirPanel
 
@@ -32,12 +32,17 @@ class RESTIR_RENDER_PT_denoising(RestirPanel, bpy.types.Panel):
     bl_parent_id = "RESTIR_RENDER_PT_sampling"
 
     def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.active = denoise.find_library() is not None
         self.layout.prop(context.scene.restir, "use_denoising", text="")
 
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
-        column.active = context.scene.restir.use_denoising
-        column.prop(context.scene.restir, "denoising_quality")
+        available = denoise.find_library() is not None
+        if not available:
+            column.label(text="This Blender was built without Open Image Denoise", icon="INFO")
+        quality = column.column()
+        quality.active = available and context.scene.restir.use_denoising
+        quality.prop(context.scene.restir, "denoising_quality")
 
 
 class RESTIR_RENDER_PT_light_paths(RestirPanel, bpy.types.Panel):
@@ -76,6 +81,24 @@ class RESTIR_RENDER_PT_film(RestirPanel, bpy.types.Panel):
         width.active = own.pixel_filter != "BOX"
         width.prop(own, "filter_width")
         column.prop(context.scene.render, "film_transparent", text="Transparent")
+
+
+class RESTIR_RENDER_PT_simplify(RestirPanel, bpy.types.Panel):
+    """Less detail for all objects; Blender's own panel would stand above all of ours"""
+
+    bl_label = "Simplify"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render, column = context.scene.render, self.column()
+        column.active = render.use_simplify
+        for title, suffix in (("Viewport", ""), ("Render", "_render")):
+            column.label(text=title)
+            column.prop(render, f"simplify_subdivision{suffix}", text="Max Subdivision")
+            column.prop(render, f"simplify_child_particles{suffix}", text="Max Child Particles")
 
 
 class RESTIR_RENDER_PT_performance(RestirPanel, bpy.types.Panel):
@@ -168,6 +191,7 @@ CLASSES = (
     RESTIR_RENDER_PT_denoising,
     RESTIR_RENDER_PT_light_paths,
     RESTIR_RENDER_PT_film,
+    RESTIR_RENDER_PT_simplify,
     RESTIR_RENDER_PT_performance,
     RESTIR_RENDER_PT_warnings,
     RESTIR_VIEWLAYER_PT_passes,
