@@ -1,38 +1,19 @@
-"""Objects that are no meshes, as the meshes that they evaluate to."""
+"""Objects whose data is no mesh.
 
-from contextlib import contextmanager
+Blender lists curves, text, surfaces and metaballs twice: as themselves, and, where they have faces, as an instance with
+a mesh of its own. What is left has no triangles.
+"""
 
-import bpy
-
-
-@contextmanager
-def mesh_of(item, data, depsgraph, warnings):
-    """The evaluated bpy.types.Mesh of an evaluated object, valid inside the `with`; None where it has no surface.
-
-    Blender lists curves, text and surfaces twice: as themselves, and, where they have faces, as an instance with a mesh
-    of its own. So only metaballs have to be converted here.
-    """
-    if isinstance(data, bpy.types.Mesh):
-        yield data
-    elif item.type == "META":
-        try:
-            yield item.to_mesh(depsgraph=depsgraph)
-        finally:
-            item.to_mesh_clear()
-    else:
-        if item.type not in (
-            "CURVE",
-            "SURFACE",
-            "FONT",
-            "LATTICE",
-            "ARMATURE",
-            "EMPTY",
-            "CAMERA",
-            "SPEAKER",
-            "LIGHT_PROBE",
-        ):
-            warnings.add("Object", item.name, f"{_KINDS.get(item.type, item.type.lower())} are not rendered")
-        yield None
+NOT_RENDERED = {
+    "CURVES": "hair curves",
+    "POINTCLOUD": "point clouds",
+    "VOLUME": "volumes",
+    "GREASEPENCIL": "grease pencil strokes",
+}
 
 
-_KINDS = {"CURVES": "hair curves", "POINTCLOUD": "point clouds", "VOLUME": "volumes", "GREASEPENCIL": "grease pencils"}
+def note_unsupported(item, warnings) -> None:
+    """Warn of an object that the artist would expect to see."""
+    kind = NOT_RENDERED.get(item.type)
+    if kind is not None:
+        warnings.add("Object", item.name, f"{kind} are not rendered; convert them to a mesh to see them")

@@ -14,7 +14,7 @@ from ..scene.instances import build_instances, usable
 from ..scene.mesh import Attribute, attribute_table, normals_for
 from ..scene.scene import Scene
 from .camera import sync_camera
-from .curves import mesh_of
+from .curves import note_unsupported
 from .hashing import hash_uint2, to_unit
 from .lights import sync_light
 from .materials import Materials
@@ -109,6 +109,9 @@ class _Reader:
         visibility = ray_visibility(instance, self.view_layer)
         if not visibility:
             return None
+        if not isinstance(data, bpy.types.Mesh):
+            note_unsupported(item, self.scene.warnings)
+            return None
         materials = self._material_indices(item, data)
         mesh = self._mesh(item, data)
         if mesh < 0:
@@ -147,20 +150,16 @@ class _Reader:
 
         Call when the programs of the object's materials are compiled: they name the attributes that are read.
         """
-        key = data.as_pointer()
-        known = len(self.scene.attribute_names)
-        index, seen = self._meshes.get(key, (-2, 0))
-        if index == -2:
-            with mesh_of(item, data, self.depsgraph, self.scene.warnings) as source:
-                mesh = None if source is None else read_mesh(self.scene, source, _is_deformed(item, source))
+        index, seen = self._meshes.get(data.as_pointer(), (None, 0))
+        if index is None:
+            mesh = read_mesh(self.scene, data, len(item.modifiers) > 0 or data.shape_keys is not None)
             index = -1
             if mesh is not None:
                 index = len(self.scene.meshes)
                 self.scene.meshes.append(mesh)
-        elif index >= 0 and seen < known:
-            with mesh_of(item, data, self.depsgraph, self.scene.warnings) as source:
-                add_attributes(self.scene, self.scene.meshes[index], source)
-        self._meshes[key] = (index, len(self.scene.attribute_names))
+        elif index >= 0 and seen < len(self.scene.attribute_names):
+            add_attributes(self.scene, self.scene.meshes[index], data)
+        self._meshes[data.as_pointer()] = (index, len(self.scene.attribute_names))
         return index
 
     def _properties(self, instance) -> tuple[int, int]:
@@ -219,7 +218,3 @@ def _column(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray
     result = np.empty(shape, dtype)
     collection.foreach_get(field, result.reshape(-1))
     return result
-
-
-def _is_deformed(item, data) -> bool:
-    return isinstance(item.data, bpy.types.Mesh) and (len(item.modifiers) > 0 or data.shape_keys is not None)

@@ -36,7 +36,7 @@ def hash_string(text: str) -> int:
     """A 32-bit hash of a name's UTF-8 bytes."""
     value = 0
     for byte in text.encode():
-        value = (value * 37 + (byte if byte < 128 else byte - 256)) & 0xFFFFFFFF
+        value = (value * 37 + byte) & 0xFFFFFFFF
     return value
 
 
