@@ -49,8 +49,14 @@ def refresh_image(scene, image: bpy.types.Image) -> bool:
 
 
 def associates_alpha(image: bpy.types.Image) -> bool:
-    """Whether colours are multiplied by alpha, and to be divided again where a node uses its alpha output."""
+    """Whether colours end up multiplied by alpha, and are divided again where a node's alpha output is used."""
     return not image.colorspace_settings.is_data and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
+
+
+def _to_associate(image, is_float: bool) -> bool:
+    """Whether Cycles multiplies the colours of the buffer by alpha: before Blender 5 of all bytes and of no floats."""
+    straight = image.alpha_mode == "STRAIGHT" if bpy.app.version >= (5, 0, 0) else not is_float
+    return associates_alpha(image) and straight
 
 
 def _frame(user, frame: int) -> int:
@@ -106,12 +112,23 @@ def _loaded(image, frame: int, tile: int) -> Iterator[bpy.types.Image | None]:
                 Path(path).write_bytes(packed.data)
             with _temporary(path, image) as loaded:
                 yield loaded
+    elif image.source == "FILE" and image.packed_file is None and _is_converted(image):
+        # Cycles reads the file itself, without the conversion of alpha that Blender makes.
+        unconverted = "PREMUL" if image.is_float else "STRAIGHT"
+        path = bpy.path.abspath(image.filepath, library=image.library)
+        with _temporary(path, image, unconverted) as loaded:
+            yield loaded or image
     else:
         yield image
 
 
+def _is_converted(image) -> bool:
+    """Whether Blender changes the alpha of a file when it loads it: bytes to straight, floats to associated."""
+    return image.alpha_mode == ("STRAIGHT" if image.is_float else "PREMUL") and not image.colorspace_settings.is_data
+
+
 @contextmanager
-def _temporary(path: str, like) -> Iterator[bpy.types.Image | None]:
+def _temporary(path: str, like, alpha_mode: str = "") -> Iterator[bpy.types.Image | None]:
     """The file at `path` with the colour and alpha settings of another image; None where there is no such file."""
     if not Path(path).is_file():
         yield None
@@ -119,7 +136,7 @@ def _temporary(path: str, like) -> Iterator[bpy.types.Image | None]:
     loaded = bpy.data.images.load(path, check_existing=False)
     try:
         loaded.colorspace_settings.name = like.colorspace_settings.name
-        loaded.alpha_mode = like.alpha_mode
+        loaded.alpha_mode = alpha_mode or like.alpha_mode
         yield loaded
     finally:
         bpy.data.images.remove(loaded)
@@ -150,17 +167,19 @@ def _pixels(source, image) -> tuple[np.ndarray, np.ndarray | None] | None:
     values = values.reshape(height, width, 4)
     if image.alpha_mode == "NONE":
         values[..., 3] = 1.0
-    if source.is_float:  # Blender has converted and associated them when it loaded the file
+    if source.is_float:  # Blender has made them scene-linear when it loaded the file
+        if _to_associate(image, True):
+            values[..., :3] *= values[..., 3:]
         return np.nan_to_num(values, copy=False, nan=0.0, posinf=3e38, neginf=-3e38), None
     name = image.colorspace_settings.name
     as_it_is = image.colorspace_settings.is_data or name == _LINEAR
     if not as_it_is and not (name == _ENCODED and _works_in_rec709()):
         values = _to_scene_linear(values, name)
-        if associates_alpha(image):
+        if _to_associate(image, False):
             values[..., :3] *= values[..., 3:]
         return values, None
     pixels = np.rint(values * 255.0).astype(np.uint8)
-    if associates_alpha(image) and pixels[..., 3].min() < 255:
+    if _to_associate(image, False) and pixels[..., 3].min() < 255:
         pixels[..., :3] = pixels[..., :3].astype(np.uint16) * pixels[..., 3:] // 255
     return pixels, None if as_it_is else srgb_decode()
 

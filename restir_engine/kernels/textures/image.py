@@ -106,8 +106,10 @@ def _bicubic(image, extension, u, v):
 
 @device
 def _decode(table, x):
-    """A table over [0, 1], interpolated."""
-    x = min(max(x, 0.0), 1.0) * IMAGE_DECODE
+    """A table over [0, 1], interpolated; sRGB's formula beyond 1, where a division by alpha may lead."""
+    if x > 1.0:
+        return ((x + 0.055) / 1.055) ** 2.4
+    x = max(x, 0.0) * IMAGE_DECODE
     i = min(int(x), IMAGE_DECODE - 1)
     a = load_f32(table, i)
     return a + (x - i) * (load_f32(table, i + 1) - a)
