@@ -91,7 +91,7 @@ def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | 
                     return found
     except RuntimeError:  # Blender cannot read the file
         pass
-    part = f" (tile {tile})" if tile else f" (frame {frame})" if frame else ""
+    part = f" (tile {tile})" if tile else f" (frame {frame})" if image.source == "SEQUENCE" else ""
     warn(f"image “{image.name}”{part} is missing")
     return None
 
@@ -109,7 +109,7 @@ def _loaded(image, frame: int, tile: int) -> Iterator[bpy.types.Image | None]:
             path = _tile_path(bpy.path.abspath(image.filepath, library=image.library), tile)
             if packed is not None:
                 path = str(Path(folder) / Path(packed.filepath).name)
-                Path(path).write_bytes(packed.data)
+                Path(path).write_bytes(packed.packed_file.data)
             with _temporary(path, image) as loaded:
                 yield loaded
     elif image.source == "FILE" and image.packed_file is None and _is_converted(image):
