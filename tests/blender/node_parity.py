@@ -1,7 +1,7 @@
 """What shader nodes compute: Cycles' answer beside that of our programs, for many nodes in one render.
 
-A case is a function that adds nodes to a tree and returns the output socket to look at. Each case has a small curved grid of
-its own, with two UV maps, a colour attribute and a float attribute, seen from above by one orthographic camera.
+A case is a function that adds nodes to a tree and returns the output socket to look at. Each case has a small curved
+grid of its own, with two UV maps, a colour attribute and a float attribute, seen from above by one orthographic camera.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
+import probe
 
 from restir_engine.kernels import records as rec
 from restir_engine.kernels.camera import camera_ray
@@ -23,8 +24,6 @@ from restir_engine.kernels.shader_vm import shader_eval
 from restir_engine.kernels.vec import store3_f64, vec
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
-
-import probe
 
 Build = Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]
 
@@ -120,7 +119,7 @@ def _add_grid(name: str, build: Build, x: float, y: float, scale: float, offset:
 
 
 def emission_material(name: str, build: Build, scale: float = 1.0, offset: float = 0.0) -> bpy.types.Material:
-    """A material that emits what `build` returns, times scale plus offset."""
+    """A material that emits what `build` returns, times scale plus offset; a shader stands for itself."""
     material = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
@@ -130,6 +129,9 @@ def emission_material(name: str, build: Build, scale: float = 1.0, offset: float
     emission = tree.nodes.new("ShaderNodeEmission")
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     socket = build(tree)
+    if socket.type == "SHADER":
+        tree.links.new(socket, output.inputs["Surface"])
+        return material
     if (scale, offset) != (1.0, 0.0):
         multiply_add = tree.nodes.new("ShaderNodeVectorMath")
         multiply_add.operation = "MULTIPLY_ADD"

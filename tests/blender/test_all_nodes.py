@@ -6,6 +6,7 @@ import pytest
 from node_parity import emission
 
 from restir_engine.kernels import opcodes as ops
+from restir_engine.scene.warnings import Warnings
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
 from restir_engine.sync.materials import Materials
@@ -80,7 +81,10 @@ def _for_each_choice(node, action):
         if item.type != "ENUM" or item.identifier in common or item.is_readonly:
             continue
         for choice in item.enum_items:
-            setattr(node, item.identifier, choice.identifier)
+            try:
+                setattr(node, item.identifier, choice.identifier)
+            except TypeError:  # a choice that only other kinds of trees have
+                continue
             action()
 
 
@@ -108,8 +112,8 @@ def test_a_node_without_a_converter_is_named_once(scene):
         if not node.outputs:
             continue
         tree.links.new(node.outputs[0], output.inputs["Surface"])
-        before = len(scene.warnings)
+        scene.warnings = Warnings()
         run(scene, material)
         run(scene, material)
-        added = scene.warnings.lines()[before:]
+        added = scene.warnings.lines()
         assert len(added) == 1 and node.name in added[0] and material.name in added[0], (name, added)
