@@ -99,11 +99,11 @@ def _blackman_harris(x: np.ndarray) -> np.ndarray:
     return 0.35875 - 0.48829 * np.cos(v) + 0.14128 * np.cos(2 * v) - 0.01168 * np.cos(3 * v)
 
 
+# Density over [-1/2, 1/2] of the filter's extent, and the extent in units of the width that the artist sets.
 _FILTERS = {
-    # density over [-1/2, 1/2] of the filter's width
-    "BOX": np.ones_like,
-    "GAUSSIAN": lambda x: np.exp(-2.0 * (6.0 * x) ** 2),
-    "BLACKMAN_HARRIS": _blackman_harris,
+    "BOX": (np.ones_like, 1.0),
+    "GAUSSIAN": (lambda x: np.exp(-2.0 * (6.0 * x) ** 2), 3.0),
+    "BLACKMAN_HARRIS": (_blackman_harris, 2.0),
 }
 
 
@@ -112,7 +112,8 @@ def filter_table(kind: str, width: float, size: int = 1025) -> np.ndarray:
     if kind == "BOX":
         width = 1.0
     x = np.linspace(-0.5, 0.5, 4097)
-    density = _FILTERS[kind](x)
+    function, extent = _FILTERS[kind]
+    density = function(x)
     cdf = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
     offsets = np.interp(np.linspace(0.0, 1.0, size), cdf / cdf[-1], x)
-    return np.ascontiguousarray(offsets * width, np.float32)
+    return np.ascontiguousarray(offsets * width * extent, np.float32)

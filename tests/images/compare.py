@@ -65,8 +65,13 @@ def main(arguments: list[str] | None = None) -> int:
     failed = 0
     print("| " + " | ".join(HEADER) + " |\n" + "|---" * len(HEADER) + "|")
     for name in options.scenes or scenes.SCENES:
-        with render.quiet():
-            result = render.compare(scenes.scaled(scenes.SCENES[name], options.samples), options.against)
+        try:
+            with render.quiet():
+                result = render.compare(scenes.scaled(scenes.SCENES[name], options.samples), options.against)
+        except RuntimeError as error:  # the engine's report
+            failed += 1
+            print(f"| {name} | {error}", flush=True)
+            continue
         failures = result.failures()
         failed += bool(failures)
         print("| " + " | ".join(figures(result)) + " |", *failures, sep="\n    ", flush=True)

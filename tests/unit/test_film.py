@@ -43,10 +43,9 @@ def test_depth_of_nothing_is_far():
     assert (film.pass_array("Depth") == np.float32(FAR)).all()
 
 
-@pytest.mark.parametrize("kind", ["BOX", "GAUSSIAN", "BLACKMAN_HARRIS"])
-def test_filter_table_is_a_symmetric_distribution_within_the_width(kind):
+@pytest.mark.parametrize(("kind", "limit"), [("BOX", 0.5), ("GAUSSIAN", 2.25), ("BLACKMAN_HARRIS", 1.5)])
+def test_filter_table_is_a_symmetric_distribution_as_wide_as_that_of_cycles(kind, limit):
     table = filter_table(kind, 1.5)
-    limit = 0.5 if kind == "BOX" else 0.75
     assert table[0] == pytest.approx(-limit) and table[-1] == pytest.approx(limit)
     assert (np.diff(table) >= 0).all()
     assert table == pytest.approx(-table[::-1], abs=1e-4)
