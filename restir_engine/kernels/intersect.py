@@ -44,9 +44,13 @@ def intersect(scene, scratch, o, d, tmin, tmax, mask):
     store_u32(ray, 18, INVALID)
     store_u32(ray, 19, INVALID)
     rtc_intersect1(scene.embree, ray, 0)
-    if load_u32(ray, 18) == INVALID:
+    geometry = load_u32(ray, 18)
+    if geometry == INVALID:
         return tmax, -1, -1, 0.0, 0.0
-    return load_f32(ray, 8), load_u32(ray, 19), load_u32(ray, 17), load_f32(ray, 15), load_f32(ray, 16)
+    instance = load_u32(ray, 19)
+    if instance == INVALID:  # triangles that stand in the world themselves
+        instance = geometry
+    return load_f32(ray, 8), instance, load_u32(ray, 17), load_f32(ray, 15), load_f32(ray, 16)
 
 
 @device

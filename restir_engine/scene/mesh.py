@@ -103,6 +103,13 @@ def empty_vertices(count: int) -> np.ndarray:
     return np.empty((count + 2, 3), np.float32)[:count]
 
 
+def moved(vertices: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """The vertices (n, 3) under a 3x4 matrix, float32 and padded for Embree."""
+    result = empty_vertices(len(vertices))
+    np.add(vertices @ matrix[:, :3].T, matrix[:, 3], out=result, casting="same_kind")
+    return result
+
+
 def padded(vertices: np.ndarray) -> np.ndarray:
     """`vertices` itself when it is a view that `empty_vertices` made, else a copy that is."""
     vertices = np.asarray(vertices)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..embree.scenes import InstanceScene, MeshScene
+from ..embree.scenes import MeshScene, Placed, WorldScene
 from ..kernels import records as rec
 from ..kernels.lobes import lobe_tables
 from ..kernels.memory import address
@@ -14,7 +14,7 @@ from . import names
 from .camera import Camera
 from .images import ImageTable
 from .lights import LightTable
-from .mesh import Mesh
+from .mesh import Mesh, moved
 from .shaders import ShaderTable
 from .warnings import Warnings
 from .world import World
@@ -37,7 +37,7 @@ class Scene:
         self.frame = 1  # what image sequences show
         self.attribute_names: dict[str, int] = {name: index for index, name in enumerate(names.RESERVED)}
         self._bottom: dict[int, tuple[Mesh, MeshScene]] = {}
-        self._top: InstanceScene | None = None
+        self._top: WorldScene | None = None
         self._record = np.zeros(1, rec.SCENE)
         self._arrays: list[np.ndarray] = []
 
@@ -64,29 +64,43 @@ class Scene:
         self._arrays.append(array)
 
     def _commit_geometry(self, record: np.void) -> None:
-        bottom = {}
-        for mesh in self.meshes:
-            known = self._bottom.get(id(mesh))
-            bottom[id(mesh)] = known or (mesh, MeshScene(mesh.vertices, mesh.triangles))
-        self._bottom = bottom
-        scenes = [bottom[id(mesh)][1] for mesh in self.meshes]
-        meshes = np.zeros(len(self.meshes), rec.MESH)
-        for index, (mesh, scene) in enumerate(zip(self.meshes, scenes, strict=True)):
-            meshes[index] = mesh.record()
-            meshes[index]["embree"] = scene.handle
-        self._share(record, "meshes", meshes)
-        record["n_meshes"] = len(meshes)
-
         instances = np.ascontiguousarray(self.instances)
         self.instances = instances
         masks = self._instance_masks()
-        self._top = InstanceScene([scenes[i] for i in instances["mesh"]], instances["to_world"], masks)
+        users = np.bincount(instances["mesh"][masks != 0], minlength=len(self.meshes))
+        self._bottom = {
+            id(mesh): self._bottom.get(id(mesh)) or (mesh, MeshScene(mesh.vertices, mesh.triangles))
+            for mesh, count in zip(self.meshes, users, strict=True)
+            if count > 1
+        }
+        meshes = np.zeros(len(self.meshes), rec.MESH)
+        for index, mesh in enumerate(self.meshes):
+            meshes[index] = mesh.record()
+            if id(mesh) in self._bottom:
+                meshes[index]["embree"] = self._bottom[id(mesh)][1].handle
+        self._share(record, "meshes", meshes)
+        record["n_meshes"] = len(meshes)
+
+        transforms = np.ascontiguousarray(instances["to_world"], np.float32)
+        self._top = WorldScene(
+            [
+                self._place(self.meshes[mesh], transform, mask)
+                for mesh, transform, mask in zip(instances["mesh"].tolist(), transforms, masks.tolist(), strict=True)
+            ]
+        )
         record["embree"] = self._top.handle
         self._share(record, "instances", instances)
         record["n_instances"] = len(instances)
         self._share(record, "material_slots", self.material_slots)
         lower, upper = self._top.bounds()
         record["bounds"] = (*lower, *upper) if len(instances) and masks.any() else (0.0,) * 6
+
+    def _place(self, mesh: Mesh, transform: np.ndarray, mask: int) -> Placed:
+        """A mesh in the world: as an instance when it stands there more than once."""
+        if not mask or id(mesh) in self._bottom:
+            return Placed(mask, transform, scene=self._bottom[id(mesh)][1] if mask else None)
+        matrix = transform.reshape(3, 4)
+        return Placed(mask, transform, vertices=moved(mesh.vertices, matrix), triangles=mesh.triangles)
 
     def _instance_masks(self) -> np.ndarray:
         """Embree masks: visibility, with shadow rays told apart by whether a material lets them through."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restir_engine.embree.scenes import InstanceScene, MeshScene
+from restir_engine.embree.scenes import MeshScene, Placed, WorldScene
 from restir_engine.kernels import records as rec
 from restir_engine.kernels.attributes import attribute, generated
 from restir_engine.kernels.interaction import offset_origin, surface_point
@@ -12,7 +12,7 @@ from restir_engine.kernels.jit import kernel
 from restir_engine.kernels.memory import address, load_f64, store_f64, store_u8
 from restir_engine.kernels.vec import load3_f64, store3_f64
 from restir_engine.scene.instances import build_instances, inverse, usable
-from restir_engine.scene.mesh import Attribute, Mesh, clean
+from restir_engine.scene.mesh import Attribute, Mesh, clean, moved
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 IDENTITY = np.eye(4)[:3].reshape(1, 12)
@@ -174,7 +174,8 @@ def test_attributes_of_every_domain():
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("distance", [0.0, 100.0])
 @pytest.mark.parametrize("far", [0.0, 1000.0])
-def test_rays_leave_their_triangle(scale, distance, far):
+@pytest.mark.parametrize("instanced", [True, False])
+def test_rays_leave_their_triangle(scale, distance, far, instanced):
     """No ray from a tilted, scaled and moved triangle hits it, nor when its mesh is modelled far from its origin."""
     random = np.random.default_rng(3)
     rotation, _ = np.linalg.qr(random.normal(size=(3, 3)))
@@ -185,8 +186,13 @@ def test_rays_leave_their_triangle(scale, distance, far):
     matrix[:, 3] -= matrix[:, :3] @ np.full(3, far)
     mesh = Mesh(vertices, [[0, 1, 2]])
     small = one(mesh, matrix)
-    bottom = MeshScene(mesh.vertices, mesh.triangles)
-    top = InstanceScene([bottom], small.instances["to_world"], np.array([rec.RAY_ALL]))
+    transform = small.instances["to_world"][0].astype(np.float32)
+    if instanced:
+        placed = Placed(rec.RAY_ALL, transform, scene=MeshScene(mesh.vertices, mesh.triangles))
+    else:
+        vertices = moved(mesh.vertices, transform.reshape(3, 4))
+        placed = Placed(rec.RAY_ALL, transform, vertices=vertices, triangles=mesh.triangles)
+    top = WorldScene([placed])
     small.scene[0]["embree"] = top.handle
     n = 4000
     picks = random.random((n, 2))

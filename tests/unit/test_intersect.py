@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restir_engine.embree.scenes import InstanceScene, MeshScene
+from restir_engine.embree.scenes import MeshScene, Placed, WorldScene
 from restir_engine.kernels import records as rec
 from restir_engine.kernels.intersect import intersect, occluded
 from restir_engine.kernels.jit import kernel
@@ -27,17 +27,21 @@ def trace(scene, scratch, rays, out, n, mask):
 
 
 class Soup:
-    """Random triangles, twice: at the origin for camera rays, shifted for all rays."""
+    """Random triangles, twice: at the origin for camera rays, and shifted, as an instance, for all rays."""
 
     def __init__(self) -> None:
         rng = np.random.default_rng(1)
         self.buffer = np.zeros((302, 3), np.float32)
         self.buffer[:300] = (rng.random((100, 1, 3)) + 0.2 * rng.random((100, 3, 3))).reshape(300, 3)
         self.triangles = np.arange(300, dtype=np.uint32).reshape(100, 3)
-        mesh = MeshScene(self.buffer[:300], self.triangles)
-        transforms = np.tile(np.eye(4)[:3].ravel(), (2, 1))
+        vertices = self.buffer[:300]
+        transforms = np.tile(np.eye(4)[:3].ravel(), (2, 1)).astype(np.float32)
         transforms[1, 3] = SHIFT
-        self.top = InstanceScene([mesh, mesh], transforms, np.array([rec.RAY_CAMERA, rec.RAY_ALL]))
+        content = [
+            Placed(rec.RAY_CAMERA, transforms[0], vertices=vertices, triangles=self.triangles),
+            Placed(rec.RAY_ALL, transforms[1], scene=MeshScene(vertices, self.triangles)),
+        ]
+        self.top = WorldScene(content)
         self.scene = np.zeros(1, rec.SCENE)
         self.scene[0]["embree"] = self.top.handle
         block = np.zeros(rec.SCRATCH_BYTES + 64, np.uint8)
