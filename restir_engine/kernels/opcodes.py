@@ -14,24 +14,27 @@ EMISSION = 3  # weight, colour, strength
 HOLDOUT = 4  # weight
 SET_NORMAL = 5  # normal: the shading normal from here on
 
-# Conversions between kinds of values: shader_vm ------------------------------------------------------------
+# Conversions and what most programs do with numbers: shader_vm ----------------------------------------------
 LUMINANCE = 10  # out, colour
 AVERAGE = 11  # out, vector
 SPLAT = 12  # out, value
 COMBINE = 13  # out, x, y, z
+ADD = 14  # out, components!, a, b
+SUBTRACT = 15  # out, components!, a, b
+MULTIPLY = 16  # out, components!, a, b
+MIX = 17  # out, components!, a, b, factor: a + (b - a) · factor
 
 # Numbers and vectors: vm_math -------------------------------------------------------------------------------
 MATH = 20  # out, index into MATH_OPERATIONS!, a, b, c
 CLAMP = 21  # out, value, minimum, maximum, by range!
-MIX = 22  # out, factor, a, b: numbers
-MAP_RANGE = 23  # out, index into MAP_RANGE_MODES!, of vector!, value, from min, from max, to min, to max, steps
-MATH3 = 24  # out, index into MATH_OPERATIONS!, a, b, c: by component of vectors
-VECTOR_MATH = 25  # out, index into VECTOR_OPERATIONS!, a, b, c, scale; numbers are left in the first register
-AFFINE = 26  # out, point, matrix (12 registers, rows of 4)
-MAPPING = 27  # out, index into MAPPING_TYPES!, vector, location, rotation, scale
-NORMALIZE = 28  # out, vector
-ROTATE_AXIS = 29  # out, vector, centre, axis, angle
-ROTATE_EULER = 30  # out, inverse!, vector, centre, rotation
+MAP_RANGE = 22  # out, index into MAP_RANGE_MODES!, of vector!, value, from min, from max, to min, to max, steps
+MATH3 = 23  # out, index into MATH_OPERATIONS!, a, b, c: by component of vectors
+VECTOR_MATH = 24  # out, index into VECTOR_OPERATIONS!, a, b, c, scale; numbers are left in the first register
+AFFINE = 25  # out, point, matrix (12 registers, rows of 4)
+MAPPING = 26  # out, index into MAPPING_TYPES!, vector, location, rotation, scale
+NORMALIZE = 27  # out, vector
+ROTATE_AXIS = 28  # out, vector, centre, axis, angle
+ROTATE_EULER = 29  # out, inverse!, vector, centre, rotation
 
 # Operations of Math nodes, in the order of the immediates that stand for them, by Blender's identifiers.
 MATH_OPERATIONS = (

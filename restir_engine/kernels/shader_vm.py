@@ -49,8 +49,27 @@ def _flow_op(op, sp, registers, code, at):
 
 
 @device
+def _arithmetic_op(op, registers, code, at):
+    """Run an instruction of the opcodes 14–19: one or three components."""
+    out, count = load_i32(code, at), load_i32(code, at + 1)
+    a, b = load_i32(code, at + 2), load_i32(code, at + 3)
+    for k in range(count):
+        x, y = load_f64(registers, a + k), load_f64(registers, b + k)
+        if op == ops.ADD:
+            x += y
+        elif op == ops.SUBTRACT:
+            x -= y
+        elif op == ops.MULTIPLY:
+            x *= y
+        else:
+            t = number(registers, code, at + 4)
+            x = x * (1.0 - t) + y * t
+        store_f64(registers, out + k, x)
+
+
+@device
 def _conversion_op(op, registers, code, at):
-    """Run an instruction of the opcodes 10–19."""
+    """Run an instruction of the opcodes 10–13."""
     out = load_i32(code, at)
     x, y, z = number(registers, code, at + 1), 0.0, 0.0
     if op == ops.SPLAT:
@@ -98,8 +117,10 @@ def _run_program(scene, sp):
                 at += load_i32(code, first + 1)
         elif op < 10:
             _flow_op(op, sp, registers, code, first)
-        elif op < 20:
+        elif op < 14:
             _conversion_op(op, registers, code, first)
+        elif op < 20:
+            _arithmetic_op(op, registers, code, first)
         elif op >= 100 and op < 200:
             texture_op(op, scene, sp, registers, code, first)
         else:

@@ -280,9 +280,6 @@ def _number_op(op, registers, code, at):
             number(registers, code, at + 3),
             number(registers, code, at + 4),
         )
-    if op == ops.MIX:
-        t = number(registers, code, at + 1)
-        return number(registers, code, at + 2) * (1.0 - t) + number(registers, code, at + 3) * t
     if op == ops.CLAMP:
         low, high = number(registers, code, at + 2), number(registers, code, at + 3)
         if load_i32(code, at + 4) and low > high:

@@ -164,7 +164,7 @@ def test_opcodes_are_found_behind_operands():
 def test_a_short_program_takes_less_than_a_microsecond():
     import time
 
-    program = [(ops.MATH, OUT + k, 2, 0, 1, 2) for k in range(10)] + [(ops.MATH3, OUT, 0, 0, 0, 0)] * 5
+    program = [(ops.MATH, OUT + k, 3, 0, 1, 2) for k in range(5)] + [(ops.MULTIPLY, OUT, 3, 0, 0)] * 10
     program += [(ops.LUMINANCE, OUT, 0)] * 3 + [(ops.SPLAT, OUT, 0), (ops.EMISSION, 0, 0, 0)]
     machine = Machine(program, (0.5, 0.25, 0.125))
     _evaluate_often(machine.scene[0], machine.point[0], 1)

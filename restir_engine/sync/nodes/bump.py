@@ -28,7 +28,7 @@ def bump(c, node):
     distance = c.value(node, "Distance")
     if node.invert:
         flipped = c.allocate(1)
-        c.emit(ops.MATH, flipped, ops.MATH_OPERATIONS.index("MULTIPLY"), distance, c.constant(-1.0), distance)
+        c.emit(ops.MULTIPLY, flipped, 1, distance, c.constant(-1.0))
         distance = flipped
     heights = _heights(c, width, lambda: c.value(node, "Height"))
     out = c.allocate(3)
@@ -41,7 +41,7 @@ def normal_map(c, node):
     color = c.vector(node, "Color")
     if getattr(node, "convention", "OPENGL") == "DIRECTX":
         flipped = c.allocate(3)
-        c.emit(ops.MATH, flipped + 1, ops.MATH_OPERATIONS.index("SUBTRACT"), c.constant(1.0), color + 1, color)
+        c.emit(ops.SUBTRACT, flipped + 1, 1, c.constant(1.0), color + 1)
         c.emit(ops.COMBINE, flipped, color, flipped + 1, color + 2)
         color = flipped
     out = c.allocate(3)

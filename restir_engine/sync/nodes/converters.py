@@ -15,11 +15,17 @@ def clamped(c, register: int) -> int:
     return out
 
 
+_SIMPLE = {"ADD": ops.ADD, "SUBTRACT": ops.SUBTRACT, "MULTIPLY": ops.MULTIPLY}
+
+
 @node("ShaderNodeMath")
 def math(c, node):
     a, b, d = (c.value(node, socket.identifier) for socket in node.inputs)
     out = c.allocate(1)
-    c.emit(ops.MATH, out, ops.MATH_OPERATIONS.index(node.operation), a, b, d)
+    if node.operation in _SIMPLE:
+        c.emit(_SIMPLE[node.operation], out, 1, a, b)
+    else:
+        c.emit(ops.MATH, out, ops.MATH_OPERATIONS.index(node.operation), a, b, d)
     return {"Value": clamped(c, out) if node.use_clamp else out}
 
 
@@ -36,7 +42,9 @@ def vector_math(c, node):
     if operation == "SCALE":
         factor = c.allocate(3)
         c.emit(ops.SPLAT, factor, scale)
-        c.emit(ops.MATH3, out, ops.MATH_OPERATIONS.index("MULTIPLY"), a, factor, d)
+        c.emit(ops.MULTIPLY, out, 3, a, factor)
+    elif operation in _SIMPLE:
+        c.emit(_SIMPLE[operation], out, 3, a, b)
     elif operation in ops.VECTOR_OPERATIONS:
         c.emit(ops.VECTOR_MATH, out, ops.VECTOR_OPERATIONS.index(operation), a, b, d, scale)
     else:
@@ -92,8 +100,11 @@ def _mix_components(c, node, factors: list[int], a: int, b: int, count: int) -> 
     if node.clamp_factor:
         factors = [clamped(c, factor) for factor in factors]
     out = c.allocate(count)
-    for k in range(count):
-        c.emit(ops.MIX, out + k, factors[k % len(factors)], a + k, b + k)
+    if len(factors) == 1:
+        c.emit(ops.MIX, out, count, a, b, factors[0])
+    else:
+        for k, factor in enumerate(factors):
+            c.emit(ops.MIX, out + k, 1, a + k, b + k, factor)
     return out
 
 
@@ -101,7 +112,10 @@ def mix_color(c, node, factor: int, first: str, second: str, clamp_result: bool)
     """Two colour inputs of a node mixed by its blend type."""
     out = c.allocate(3)
     a, b = c.vector(node, first), c.vector(node, second)
-    c.emit(ops.MIX_COLOR, out, ops.BLEND_MODES.index(node.blend_type), factor, a, b)
+    if node.blend_type == "MIX":
+        c.emit(ops.MIX, out, 3, a, b, factor)
+    else:
+        c.emit(ops.MIX_COLOR, out, ops.BLEND_MODES.index(node.blend_type), factor, a, b)
     if clamp_result:
         c.emit(ops.CLAMP_COLOR, out, out)
     return out
@@ -168,7 +182,7 @@ def vector_rotate(c, node):
     angle = c.value(node, "Angle")
     if node.invert:
         turned = c.allocate(1)
-        c.emit(ops.MATH, turned, ops.MATH_OPERATIONS.index("MULTIPLY"), angle, c.constant(-1.0), angle)
+        c.emit(ops.MULTIPLY, turned, 1, angle, c.constant(-1.0))
         angle = turned
     c.emit(ops.ROTATE_AXIS, out, vector, center, axis, angle)
     return {"Vector": out}
