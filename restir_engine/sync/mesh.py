@@ -6,6 +6,7 @@ Only properties that Blender hands out as whole arrays are read (attributes' own
 
 import ctypes
 
+import bpy
 import numpy as np
 
 from ..kernels.records import DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_POINT
@@ -128,17 +129,23 @@ def _srgb_table() -> np.ndarray:
 _SRGB = _srgb_table()
 
 
+# From 5.0 on Cycles knows normals of corners, and then shades flat faces by them too. Before, flat faces have the normals
+# of their triangles, and do not split the normals of their neighbours unless something else splits normals.
+_CORNERS_RULE = bpy.app.version >= (5, 0)
+
+
 def _read_normals(mesh: Mesh, data, n_corners: int) -> None:
     domain = data.normals_domain
     if domain == "FACE":
         return
-    # As in Cycles: where flat faces alone would split the normals of their neighbours, these stay whole.
-    if domain == "POINT" or not (data.has_custom_normals or _any(data, "sharp_edge", "EDGE")):
-        mesh.normals = _vertex_normals(data)
-        mesh.normals_domain = DOMAIN_POINT
-    else:
+    if domain == "CORNER" and (_CORNERS_RULE or data.has_custom_normals or _any(data, "sharp_edge", "EDGE")):
         mesh.normals = _read(data.corner_normals, "vector", (n_corners, 3), np.float32)
         mesh.normals_domain = DOMAIN_CORNER
+        if _CORNERS_RULE:
+            return
+    else:
+        mesh.normals = _vertex_normals(data)
+        mesh.normals_domain = DOMAIN_POINT
     sharp = data.attributes.get("sharp_face")
     if sharp is not None and sharp.domain == "FACE":
         flat = _read(sharp.data, "value", (len(sharp.data),), bool)
