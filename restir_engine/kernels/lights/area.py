@@ -79,25 +79,47 @@ def _edge_normals(x0, x1, y0, y1, h):
 
 
 @device
-def _asin(x):
-    return math.asin(min(max(x, -1.0), 1.0))
+def _turn(x, y):
+    """cos and sin of asin x + asin y."""
+    cx = math.sqrt(max(1.0 - x * x, 0.0))
+    cy = math.sqrt(max(1.0 - y * y, 0.0))
+    return cx * cy - x * y, cx * y + cy * x
+
+
+@device
+def _solid_angle(a, b, c, d):
+    """(solid angle, cos and sin of asin cd + asin da) from the edge normals.
+
+    The solid angle is asin ab + asin bc + asin cd + asin da; adding the angles as rotations takes one arc tangent.
+    """
+    cos, sin = _turn(a * b, b * c)
+    cos_far, sin_far = _turn(c * d, d * a)
+    angle = math.atan2(cos * sin_far + sin * cos_far, cos * cos_far - sin * sin_far)
+    return angle if angle >= 0.0 else angle + 2.0 * math.pi, cos_far, sin_far
 
 
 @device
 def rectangle_solid_angle(x0, x1, y0, y1, h):
     """Solid angle of a rectangle [x0, x1] × [y0, y1] at distance h from the plane through the eye."""
     a, b, c, d = _edge_normals(x0, x1, y0, y1, h)
-    return _asin(a * b) + _asin(b * c) + _asin(c * d) + _asin(d * a)
+    return _solid_angle(a, b, c, d)[0]
 
 
 @device
-def _rectangle_sample(x0, x1, y0, y1, h, solid_angle, s, t):
-    """A point (x, y) of the rectangle, uniform by solid angle (Ureña, Fajardo and King 2013)."""
-    a, _, c, d = _edge_normals(x0, x1, y0, y1, h)
-    # Angle up to which the slices in x fill the share s, then the x whose slice ends there.
-    phi = s * solid_angle - _asin(c * d) - _asin(d * a)
-    sin = math.sin(phi)
-    f = (math.cos(phi) * a + c) / sin if sin != 0.0 else 1e300
+def _rectangle_sample(x0, x1, y0, y1, h, s, t):
+    """(x, y, solid angle): a point of the rectangle, uniform by solid angle (Ureña, Fajardo and King 2013).
+
+    A solid angle below _TINY comes without a point.
+    """
+    a, b, c, d = _edge_normals(x0, x1, y0, y1, h)
+    solid_angle, cos_far, sin_far = _solid_angle(a, b, c, d)
+    if solid_angle < _TINY:
+        return 0.0, 0.0, solid_angle
+    # phi: the angle up to which the slices in x fill the share s; cu: the x whose slice ends there.
+    cos_s = math.cos(s * solid_angle)
+    sin_s = math.sin(s * solid_angle)
+    sin = sin_s * cos_far - cos_s * sin_far
+    f = ((cos_s * cos_far + sin_s * sin_far) * a + c) / sin if sin != 0.0 else 1e300
     cu = min(max(math.copysign(1.0 / math.sqrt(f * f + a * a), f), -1.0), 1.0) if f != 0.0 or a != 0.0 else 1.0
     x = min(max(cu * h / math.sqrt(max(1.0 - cu * cu, 1e-20)), x0), x1)
     r2 = x * x + h * h
@@ -106,7 +128,7 @@ def _rectangle_sample(x0, x1, y0, y1, h, solid_angle, s, t):
     z = z0 + t * (z1 - z0)
     z2 = z * z
     y = z * math.sqrt(r2 / (1.0 - z2)) if z2 < 1.0 - 1e-12 else y1
-    return x, min(max(y, y0), y1)
+    return x, min(max(y, y0), y1), solid_angle
 
 
 @device
@@ -133,13 +155,12 @@ def sample_area(light, o, u0, u1, ls):
         else:
             x0 = cu - 0.5 * lu - qu
             y0 = cv - 0.5 * lv - qv
-            solid_angle = rectangle_solid_angle(x0, x0 + lu, y0, y0 + lv, h)
+            x, y, solid_angle = _rectangle_sample(x0, x0 + lu, y0, y0 + lv, h, u0, u1)
             if solid_angle < _TINY:
                 u = cu + lu * (u0 - 0.5)
                 v = cv + lv * (u1 - 0.5)
                 density = 1.0 / (lu * lv)
             else:
-                x, y = _rectangle_sample(x0, x0 + lu, y0, y0 + lv, h, solid_angle, u0, u1)
                 u = qu + x
                 v = qv + y
                 density = 0.0
