@@ -51,7 +51,10 @@ def run_emission(scene, point):
 
 @device
 def off_surface(point, material, light, p, ng, d, t, u, v):
-    """Make `point` a point of a lamp (or of the world, light -1) that a ray along d sees at distance t."""
+    """Make `point` a point of a lamp (or of the world, light -1) that a ray along d sees at distance t.
+
+    u and v: texture coordinates. They are kept as barycentrics are: v in `point.u`, the complement in `point.v`.
+    """
     wo = neg(d)
     point.instance = -1
     point.primitive = -1
@@ -63,8 +66,8 @@ def off_surface(point, material, light, p, ng, d, t, u, v):
         ng = neg(ng)
         point.backfacing = 1
     point.t = t
-    point.u = u
-    point.v = v
+    point.u = v
+    point.v = 1.0 - u - v
     put(point.p, p)
     put(point.n, ng)
     put(point.ng, ng)

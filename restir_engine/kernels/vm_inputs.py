@@ -112,10 +112,12 @@ def _object_normal(scene, sp, offset, width):
 def _placed(scene, sp, what, offset, width):
     """The coordinates that need the object; those of the world have none."""
     if sp.instance < 0:
-        if what == ops.POINT_OBJECT_NORMAL:
-            return vec(sp.n)
-        if what == ops.POINT_OBJECT and sp.light >= 0:
+        if sp.light >= 0 and (what == ops.POINT_OBJECT or what == ops.POINT_GENERATED):
             return transform_point(light_at(scene.lights, sp.light).to_object, vec(sp.p))
+        if what == ops.POINT_OBJECT_NORMAL:
+            if sp.light >= 0:
+                return normalize(transform_normal(light_at(scene.lights, sp.light).to_world, vec(sp.n)))
+            return vec(sp.n)
         return vec(sp.p) if what != ops.POINT_TANGENT else (0.0, 0.0, 0.0)
     instance = instance_at(scene.instances, sp.instance)
     if what == ops.POINT_OBJECT:
@@ -161,6 +163,11 @@ def _object_info(scene, sp, registers, out):
         store_f64(registers, out + k, 0.0)
     if sp.material >= 0:
         store_f64(registers, out + 8, float(material_at(scene.materials, sp.material).pass_index))
+    if sp.light >= 0:
+        light = light_at(scene.lights, sp.light)
+        m = light.to_world
+        store3_f64(registers, out, (float(m[3]), float(m[7]), float(m[11])))
+        store_f64(registers, out + 7, float(light.object_index))
     if sp.instance < 0:
         return
     instance = instance_at(scene.instances, sp.instance)
