@@ -48,7 +48,7 @@ def _disc_color(table, y, angle):
 def _half_dome(scene, index, table, d):
     """Blender 4's atmosphere: a table of the upper half, the ground fades to black."""
     elevation = 0.5 * math.pi - math.acos(min(max(d[2], -1.0), 1.0))
-    x = (-math.atan2(d[0], d[1]) - 0.5 * math.pi + load_f32(table, ROTATION)) / (2.0 * math.pi)
+    x = (-math.atan2(d[1], d[0]) - 0.5 * math.pi + load_f32(table, ROTATION)) / (2.0 * math.pi)
     if d[2] < 0.0:
         fade = max(1.0 + 2.5 * d[2], 0.0)
         fade = fade * fade * fade
@@ -70,7 +70,7 @@ def _half_dome(scene, index, table, d):
 def _full_dome(scene, index, table, d):
     """Blender 5's atmosphere: a table of all directions, the sun's disc on top of it."""
     elevation = 0.5 * math.pi - math.acos(min(max(d[2], -1.0), 1.0))
-    x = (-math.atan2(d[0], d[1]) - 0.5 * math.pi + load_f32(table, ROTATION)) / (2.0 * math.pi)
+    x = (-math.atan2(d[1], d[0]) - 0.5 * math.pi + load_f32(table, ROTATION)) / (2.0 * math.pi)
     y = 0.5 + 0.5 * math.copysign(math.sqrt(abs(elevation) * 2.0 / math.pi), elevation)
     color = _dome_color(scene, index, x, y)
     half = 0.5 * load_f32(table, DIAMETER)
@@ -84,26 +84,26 @@ def _full_dome(scene, index, table, d):
 
 @device
 def _luminance_formula(table, at, theta, gamma):
-    """F(θ, γ) of Perez et al. 1993 as Preetham et al. 1999 use it, times its scale; ten parameters from `at` on."""
+    """F(θ, γ) of Perez et al. 1993 as Preetham et al. 1999 use it, times its scale; six parameters from `at` on."""
     a, b, c = load_f32(table, at), load_f32(table, at + 1), load_f32(table, at + 2)
     d, e = load_f32(table, at + 3), load_f32(table, at + 4)
     cosine = math.cos(gamma)
     horizon = 1.0 + a * math.exp(b / max(math.cos(theta), 1e-4))
-    return load_f32(table, at + 9) * horizon * (1.0 + c * math.exp(d * gamma) + e * cosine * cosine)
+    return load_f32(table, at + 5) * horizon * (1.0 + c * math.exp(d * gamma) + e * cosine * cosine)
 
 
 @device
 def _perceptual(table, d):
-    """Preetham's sky: the table holds the sun's θ and φ and ten parameters each for Y, x and y; then XYZ to RGB."""
+    """Preetham's sky: the table holds the sun's θ and φ and six parameters each for Y, x and y; then XYZ to RGB."""
     theta = math.acos(min(max(d[2], -1.0), 1.0))
-    phi = 0.5 * math.pi - math.atan2(d[0], d[1])
+    phi = math.atan2(d[0], d[1])
     sun_theta, sun_phi = load_f32(table, 0), load_f32(table, 1)
     cosine = math.sin(theta) * math.sin(sun_theta) * math.cos(phi - sun_phi) + math.cos(theta) * math.cos(sun_theta)
     gamma = math.acos(min(max(cosine, -1.0), 1.0))
     theta = min(theta, 0.5 * math.pi - 0.001)
     luminance = _luminance_formula(table, 2, theta, gamma)
-    x = _luminance_formula(table, 12, theta, gamma)
-    y = _luminance_formula(table, 22, theta, gamma)
+    x = _luminance_formula(table, 8, theta, gamma)
+    y = _luminance_formula(table, 14, theta, gamma)
     scale = luminance / y if y != 0.0 else 0.0
     return (x * scale, luminance, (1.0 - x - y) * scale)
 
@@ -129,5 +129,5 @@ def sky_op(scene, registers, code, at):
     elif kind == FULL_DOME:
         c = _full_dome(scene, index, table, d)
     else:
-        c = _to_rgb(table, 32, _perceptual(table, d))
+        c = _to_rgb(table, 20, _perceptual(table, d))
     write(registers, load_i32(code, at), (max(c[0], 0.0), max(c[1], 0.0), max(c[2], 0.0)))

@@ -1,0 +1,152 @@
+"""Blender 5's sky with multiple scattering: four wavelengths stand for the spectrum, and a fit for all light that is
+scattered more than once (García Liñán 2022, https://fgarlin.com/posts/2024-12-06-spectral_sky/).
+
+Kilometres; arrays end in the wavelengths 630, 560, 490, 430 nm.
+"""
+
+from __future__ import annotations
+
+from math import cos, pi
+
+import numpy as np
+
+from .sky import XYZ_TO_REC709, Atmosphere, _mirrored
+
+_EARTH, _THICKNESS = 6371.0, 100.0
+_SPACE = _EARTH + _THICKNESS
+_ALBEDO = 0.3  # of the ground
+_AEROSOL_G = 0.8
+_STEPS = 64
+_SUN_IRRADIANCE = np.array([1.679, 1.828, 1.986, 1.307])
+_AIR_SCATTERING = np.array([6.605e-3, 1.067e-2, 1.842e-2, 3.156e-2])  # per km at sea level
+_OZONE_ABSORPTION = 334.5 * np.array([3.472e-25, 3.914e-25, 1.349e-25, 11.03e-27])  # times the density below
+_AEROSOL_DENSITY, _AEROSOL_BACKGROUND, _AEROSOL_HEIGHT = 1.3681e20, 2e6, 0.73
+_AEROSOL_ABSORPTION = np.array([2.8722e-24, 4.6168e-24, 7.9706e-24, 1.3578e-23])
+_AEROSOL_SCATTERING = np.array([1.5908e-22, 1.7711e-22, 2.0942e-22, 2.4033e-22])
+_HIGHER_ORDERS = 0.02 * np.array([0.217, 0.347, 0.594, 1.0])
+_SPECTRUM_TO_RGB = XYZ_TO_REC709 @ np.array(
+    [
+        [53.386918, 43.904844, 1.613728, 20.762669],
+        [22.981338, 71.347796, 18.422961, 2.361421],
+        [0.0, 0.102507, 31.742921, 110.480096],
+    ]
+)
+_TABLE_WIDTH, _TABLE_HEIGHT = 256, 64  # of the transmittance, by the sun's cosine to the zenith and by altitude
+_WIDTH, _HEIGHT = 512, 256
+
+
+def _coefficients(atmosphere: Atmosphere, height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Scattering by air and by aerosols, and extinction, per km at heights above the sea."""
+    height = height[..., None]
+    air = atmosphere.air * _AIR_SCATTERING * np.exp(-0.07771971 * np.maximum(height, 0.0) ** 1.16364243)
+    log_height = np.log(np.maximum(height, 1e-4))
+    ozone = 3.78547397e20 * np.exp(-((log_height - 3.22261) ** 2) * 5.55555555 - log_height)
+    aerosols = np.exp(-height / _AEROSOL_HEIGHT) + _AEROSOL_BACKGROUND / _AEROSOL_DENSITY
+    aerosols = atmosphere.aerosols * _AEROSOL_DENSITY * aerosols
+    scattering = aerosols * _AEROSOL_SCATTERING
+    extinction = air + scattering + aerosols * _AEROSOL_ABSORPTION + atmosphere.ozone * ozone * _OZONE_ABSORPTION
+    return air, scattering, extinction
+
+
+def _sphere(origin: np.ndarray, direction: np.ndarray, radius: float) -> np.ndarray:
+    """Distance along rays to a sphere around the origin of coordinates, -1: none."""
+    b = np.sum(origin * direction, -1)
+    c = np.sum(origin * origin, -1) - radius * radius
+    d = b * b - c
+    root = np.sqrt(np.maximum(d, 0.0))
+    distance = np.where(d > b * b, -b + root, -b - root)
+    return np.where((d < 0.0) | ((c > 0.0) & (b > 0.0)), -1.0, distance)
+
+
+def _transmittance(atmosphere: Atmosphere, cosine: np.ndarray, altitude: np.ndarray) -> np.ndarray:
+    """From points at these altitudes (0 … 1 of the atmosphere) to a sun at these cosines to the zenith."""
+    direction = np.stack([np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0)), np.zeros_like(cosine), cosine], -1)
+    origin = np.zeros_like(direction)
+    origin[..., 2] = _EARTH + _THICKNESS * altitude
+    step = _sphere(origin, direction, _SPACE) / _STEPS
+    depth = 0.0
+    for i in range(_STEPS):
+        points = origin + ((i + 0.5) * step)[..., None] * direction
+        height = np.maximum(np.linalg.norm(points, axis=-1) - _EARTH, 0.0)
+        depth = depth + _coefficients(atmosphere, height)[2] * step[..., None]
+    return np.exp(-depth)
+
+
+class _Table:
+    """Transmittance to the sun, looked up."""
+
+    def __init__(self, atmosphere: Atmosphere) -> None:
+        cosine = np.linspace(-1.0, 1.0, _TABLE_WIDTH)
+        altitude = np.linspace(0.0, 1.0, _TABLE_HEIGHT)
+        self._values = _transmittance(atmosphere, *np.meshgrid(cosine, altitude))
+
+    def __call__(self, cosine: np.ndarray, altitude: np.ndarray) -> np.ndarray:
+        x = np.clip(0.5 * cosine + 0.5, 0.0, 1.0) * (_TABLE_WIDTH - 1)
+        y = np.clip(altitude, 0.0, 1.0) * (_TABLE_HEIGHT - 1)
+        i, j = x.astype(int), y.astype(int)
+        u, v = (x - i)[..., None], (y - j)[..., None]
+        i1, j1 = np.minimum(i + 1, _TABLE_WIDTH - 1), np.minimum(j + 1, _TABLE_HEIGHT - 1)
+        lower = self._values[j, i] * (1.0 - u) + self._values[j, i1] * u
+        upper = self._values[j1, i] * (1.0 - u) + self._values[j1, i1] * u
+        return lower * (1.0 - v) + upper * v
+
+
+def _indirect(table: _Table, cosine: np.ndarray, altitude: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Light at points that the ground or the air has scattered before, for unit irradiance."""
+    solid_angle = 2.0 * pi * (1.0 - np.sqrt(np.maximum(1.0 - (_EARTH / radius) ** 2, 0.0)))
+    up = np.ones_like(cosine)
+    to_ground = table(up, np.zeros_like(altitude)) / table(up, altitude)
+    ground = table(cosine, np.zeros_like(altitude)) * to_ground * (solid_angle * cosine)[..., None]
+    air = _HIGHER_ORDERS / (1.0 + 5.0 * np.exp(-17.92 * cosine))[..., None]
+    return air + ground * (_ALBEDO / pi / (4.0 * pi))
+
+
+def _radiance(atmosphere: Atmosphere, directions: np.ndarray) -> np.ndarray:
+    """RGB radiance of sky and ground in unit directions (n, 3), the sun standing over -x."""
+    sun = np.array([-cos(atmosphere.elevation), 0.0, np.sin(atmosphere.elevation)])
+    origin = np.zeros_like(directions)
+    origin[:, 2] = _EARTH + min(max(atmosphere.altitude, 1.0), 99999.0) / 1000.0
+    ground = _sphere(origin, directions, _EARTH)
+    step = np.where(ground < 0.0, _sphere(origin, directions, _SPACE), ground) / _STEPS
+    mu = directions @ sun
+    g2 = _AEROSOL_G * _AEROSOL_G
+    air_phase = (3.0 / (16.0 * pi) * (1.0 + mu * mu))[:, None]
+    aerosol_phase = ((1.0 - g2) / (4.0 * pi) / (1.0 + g2 - 2.0 * _AEROSOL_G * mu) ** 1.5)[:, None]
+    table = _Table(atmosphere)
+    result, transmittance = 0.0, 1.0
+    for i in range(_STEPS):
+        points = origin + ((i + 0.5) * step)[:, None] * directions
+        radius = np.linalg.norm(points, axis=-1)
+        height = np.maximum(radius - _EARTH, 0.0)
+        cosine, altitude = points @ sun / radius, height / _THICKNESS
+        air, aerosols, extinction = _coefficients(atmosphere, height)
+        direct = table(cosine, altitude)
+        indirect = _indirect(table, cosine, altitude, radius)
+        source = air * (air_phase * direct + indirect) + aerosols * (aerosol_phase * direct + indirect)
+        passed = np.exp(-step[:, None] * extinction)
+        # Hillaire's exact integral over a segment of even density.
+        result = result + transmittance * source * (1.0 - passed) / np.maximum(extinction, 1e-7)
+        transmittance = transmittance * passed
+    return (_SUN_IRRADIANCE * result) @ _SPECTRUM_TO_RGB.T
+
+
+def multiple_dome(atmosphere: Atmosphere) -> np.ndarray:
+    """Sky and ground in all directions: float32 (height, width, 4)."""
+    rows = 2.0 * (np.arange(_HEIGHT) + 0.5) / _HEIGHT - 1.0
+    latitude = np.copysign(rows * rows, rows) * 0.5 * pi
+    longitude = 2.0 * pi * (np.arange(_WIDTH // 2) + 0.5) / _WIDTH
+    latitude, longitude = np.meshgrid(latitude, longitude, indexing="ij")
+    flat = np.cos(latitude)
+    directions = np.stack([flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude)], -1)
+    return _mirrored(_radiance(atmosphere, directions.reshape(-1, 3)).reshape(directions.shape))
+
+
+def multiple_sun(atmosphere: Atmosphere) -> tuple[np.ndarray, np.ndarray]:
+    """RGB radiance at the lowest and the highest point of the sun's disc."""
+    half = 0.5 * atmosphere.size
+    altitude = np.array(min(max(atmosphere.altitude, 1.0), 99999.0) / 1000.0 / _THICKNESS)
+    colors = []
+    for elevation in (atmosphere.elevation - half, atmosphere.elevation + half):
+        passed = _transmittance(atmosphere, np.array(np.sin(elevation)), altitude)
+        colors.append(_SPECTRUM_TO_RGB @ (_SUN_IRRADIANCE * passed / (2.0 * pi * (1.0 - cos(half)))))
+    return colors[0], colors[1]
