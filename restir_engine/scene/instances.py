@@ -5,19 +5,21 @@ import numpy as np
 from ..kernels.records import INSTANCE, INSTANCE_MIRRORED
 
 
-def determinants(matrices: np.ndarray) -> np.ndarray:
-    """Determinants of the linear parts of 3x4 matrices (n, 12)."""
-    return np.linalg.det(matrices.reshape(-1, 3, 4)[:, :, :3])
-
-
 def inverse(matrices: np.ndarray) -> np.ndarray:
     """Inverses of invertible affine 3x4 matrices, (n, 12) float64."""
     matrices = np.asarray(matrices, np.float64).reshape(-1, 3, 4)
-    linear = np.linalg.inv(matrices[:, :, :3])
+    rows, determinants = _cofactors(matrices)
     result = np.empty_like(matrices)
-    result[:, :, :3] = linear
-    result[:, :, 3] = -np.einsum("nij,nj->ni", linear, matrices[:, :, 3])
+    result[:, :, :3] = rows / determinants[:, None, None]
+    result[:, :, 3] = -np.einsum("nij,nj->ni", result[:, :, :3], matrices[:, :, 3])
     return result.reshape(-1, 12)
+
+
+def _cofactors(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The inverses of the linear parts times their determinants, and these determinants."""
+    x, y, z = matrices[:, :, 0], matrices[:, :, 1], matrices[:, :, 2]
+    rows = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+    return rows, (x * rows[:, 0]).sum(axis=1)
 
 
 def usable(matrices: np.ndarray) -> np.ndarray:
@@ -26,10 +28,10 @@ def usable(matrices: np.ndarray) -> np.ndarray:
     A determinant is compared with the product of the axes' lengths, so that tiny objects count as usable.
     """
     finite = np.isfinite(matrices).all(axis=1)
-    linear = np.where(finite[:, None], matrices, 0.0).reshape(-1, 3, 4)[:, :, :3]
-    volume = np.linalg.norm(linear, axis=1).prod(axis=1)
+    matrices = np.where(finite[:, None], matrices, 0.0).reshape(-1, 3, 4)
+    volume = np.linalg.norm(matrices[:, :, :3], axis=1).prod(axis=1)
     # Below 1e-30 single precision (Embree's) has no inverse to offer.
-    return (volume > 1e-30) & (np.abs(np.linalg.det(linear)) > 1e-9 * volume)
+    return (volume > 1e-30) & (np.abs(_cofactors(matrices)[1]) > 1e-9 * volume)
 
 
 def build_instances(matrices: np.ndarray, meshes: np.ndarray, **columns: np.ndarray) -> np.ndarray:
@@ -50,5 +52,5 @@ def build_instances(matrices: np.ndarray, meshes: np.ndarray, **columns: np.ndar
     result["to_world"] = matrices
     result["to_object"] = inverse(matrices)
     result["location"] = matrices[:, [3, 7, 11]]
-    result["flags"] |= np.where(determinants(matrices) < 0.0, INSTANCE_MIRRORED, 0)
+    result["flags"] |= np.where(_cofactors(matrices.reshape(-1, 3, 4))[1] < 0.0, INSTANCE_MIRRORED, 0)
     return result

@@ -54,6 +54,9 @@ class _Placed:
     attributes: tuple[int, int] = (0, 0)  # address and count
 
 
+_LIGHT = -1  # stands for a lamp among the numbers of what is placed
+
+
 class _Reader:
     """One walk over the instances of a depsgraph."""
 
@@ -73,37 +76,45 @@ class _Reader:
     def read(self) -> None:
         """Fill meshes, instances, material slots and lights of the scene."""
         placed, particle = [], []
-        for instance in self.depsgraph.object_instances:
-            index = self._visit(instance)
+        instances = self.depsgraph.object_instances
+        is_instance = _column(instances, "is_instance", (len(instances),), bool)
+        for instance, instanced in zip(instances, is_instance.tolist(), strict=True):
+            index = self._visit(instance, instanced)
             placed.append(index)
-            wanted = self._placed[index].particles
-            particle.append(float(to_unit(hash_uint2(instance.persistent_id[0], 0))) if wanted else 0.0)
+            if self._placed[index].particles:
+                particle.append((len(placed) - 1, instance.persistent_id[0]))
         self.scene.material_slots = np.array(self._slot_values, np.int32)
-        self._build(np.array(placed, np.int64), np.array(particle))
+        self._build(np.array(placed, np.int64), is_instance, particle)
 
-    def _visit(self, instance) -> int:
+    def _visit(self, instance, instanced: bool) -> int:
         """The number of the `_Placed` that this instance belongs to, 0 where nothing is rendered of it as a surface."""
         item = instance.object
         data = item.data
-        if data is None or not instance.show_self:
+        if data is None:
             return 0
-        if item.type == "LIGHT":
-            sync_light(self.scene, instance, self.materials, ray_visibility(instance, self.view_layer))
-            return 0
-        key = (item.as_pointer(), data.as_pointer())
-        if instance.is_instance:
-            # `object` is then a temporary that serves for every instance in turn.
+        if instanced:
+            # `object` is a temporary that serves for every instance in turn.
             owner, parent = instance.instance_object, instance.parent
             key = (owner.as_pointer() if owner else 0, data.as_pointer(), parent.as_pointer() if parent else 0)
+        else:
+            key = (item.as_pointer(), data.as_pointer())
         index = self._by_key.get(key)
         if index is None:
-            placed = self._place(instance, item, data)
-            index = 0
-            if placed is not None:
-                index = len(self._placed)
-                self._placed.append(placed)
-            self._by_key[key] = index
+            index = self._by_key[key] = self._first(instance, item, data)
+        if index == _LIGHT:
+            sync_light(self.scene, instance, self.materials, ray_visibility(instance, self.view_layer))
+            return 0
         return index
+
+    def _first(self, instance, item, data) -> int:
+        """What `_visit` gives for a combination of object, data and instancer that is seen for the first time."""
+        if item.type == "LIGHT":
+            return _LIGHT
+        placed = self._place(instance, item, data) if instance.show_self else None
+        if placed is None:
+            return 0
+        self._placed.append(placed)
+        return len(self._placed) - 1
 
     def _place(self, instance, item, data) -> _Placed | None:
         visibility = ray_visibility(instance, self.view_layer)
@@ -177,31 +188,35 @@ class _Reader:
         self.scene.instance_attributes.append((table, found))
         return address(table), len(table)
 
-    def _build(self, placed: np.ndarray, particle: np.ndarray) -> None:
+    def _build(self, placed: np.ndarray, is_instance: np.ndarray, particle: list[tuple[int, int]]) -> None:
+        """The INSTANCE array. placed: a number for each instance; particle: (instance, particle) index pairs."""
         instances = self.depsgraph.object_instances
         count = len(placed)
         matrices = _column(instances, "matrix_world", (count, 4, 4), np.float32)
         # Blender's arrays are column-major.
         matrices = matrices.transpose(0, 2, 1)[:, :3].reshape(count, 12).astype(np.float64)
         chosen = np.flatnonzero((placed > 0) & usable(matrices))
-        common = [self._placed[i] for i in range(len(self._placed))]
         which = placed[chosen]
 
         def of_object(field: str) -> np.ndarray:
-            return np.array([getattr(item, field) for item in common])[which]
+            return np.array([getattr(item, field) for item in self._placed])[which]
 
-        is_instance = _column(instances, "is_instance", (count,), bool)[chosen]
+        is_instance = is_instance[chosen]
         random_id = _column(instances, "random_id", (count,), np.int32)[chosen]
         orco = _column(instances, "orco", (count, 3), np.float32)[chosen]
         uv = _column(instances, "uv", (count, 2), np.float32)[chosen]
         attributes = of_object("attributes")
+        particle_random = np.zeros(count)
+        if particle:
+            owners, numbers = np.array(particle).T
+            particle_random[owners] = to_unit(hash_uint2(numbers, 0))
         self.scene.instances = build_instances(
             matrices[chosen],
             of_object("mesh"),
             random=np.where(is_instance, to_unit(random_id.view(np.uint32)), of_object("random")),
             dupli_generated=np.where(is_instance[:, None], 0.5 * orco - 0.5, 0.0),
             dupli_uv=np.where(is_instance[:, None], uv, 0.0),
-            particle=particle[chosen],
+            particle=particle_random[chosen],
             attributes=attributes[:, 0],
             n_attributes=attributes[:, 1],
             **{

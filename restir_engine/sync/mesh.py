@@ -129,8 +129,8 @@ def _srgb_table() -> np.ndarray:
 _SRGB = _srgb_table()
 
 
-# From 5.0 on Cycles knows normals of corners, and then shades flat faces by them too. Before, flat faces have the normals
-# of their triangles, and do not split the normals of their neighbours unless something else splits normals.
+# From 5.0 on Cycles knows normals of corners, and then shades flat faces by them too. Before, flat faces have the
+# normals of their triangles, and do not split the normals of their neighbours unless something else splits normals.
 _CORNERS_RULE = bpy.app.version >= (5, 0)
 
 
