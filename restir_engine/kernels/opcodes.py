@@ -110,7 +110,7 @@ SPACES = ("WORLD", "OBJECT", "CAMERA")
 
 # Normals: vm_bump ---------------------------------------------------------------------------------------------
 BUMP = 80  # out, normal or -1!, height, height 1, height 2, strength, distance, width
-NORMAL_MAP = 81  # out, index into NORMAL_SPACES!, name of the tangent!, colour, strength
+NORMAL_MAP = 81  # out, index into NORMAL_SPACES!, name of the tangent!, colour, strength, unit normal!
 RADIAL_TANGENT = 82  # out, axis! (0, 1, 2)
 UV_TANGENT = 83  # out, name of the tangent!
 DISPLACEMENT = 84  # out, in object space!, height, midlevel, scale, normal or -1!

@@ -69,8 +69,11 @@ def _unit_normals(mesh, primitive, u, v):
 
 
 @device
-def _tangent_space(scene, sp, name, c, strength):
-    """The world normal of a tangent-space colour, sp.n where the mesh has no such tangent."""
+def _tangent_space(scene, sp, name, c, strength, unit):
+    """The world normal of a tangent-space colour, sp.n where the mesh has no such tangent.
+
+    unit: the interpolated normal is normalised before it is bent.
+    """
     found, x, y, z, sign = attribute(scene, sp, name, 0.0, 0.0)
     if not found:
         return vec(sp.n)
@@ -78,6 +81,8 @@ def _tangent_space(scene, sp, name, c, strength):
     n = _unit_normals(mesh_at(scene.meshes, sp.mesh), sp.primitive, sp.u, sp.v)
     if is_black(n):  # flat: the geometric normal before it was turned to the ray's side
         n = normalize(transform_normal(instance.to_world, neg(vec(sp.ng)) if sp.backfacing else vec(sp.ng)))
+    elif unit:
+        n = normalize(n)
     tangent = (x, y, z)
     bitangent = scale(cross(n, tangent), sign)
     depth = 1.0 + (c[2] - 1.0) * clamp(strength, 0.0, 1.0)
@@ -94,7 +99,7 @@ def _normal_map(scene, sp, registers, code, at):
     if space == 0:
         if sp.instance < 0:
             return vec(sp.n)
-        n = _tangent_space(scene, sp, load_i32(code, at + 2), c, strength)
+        n = _tangent_space(scene, sp, load_i32(code, at + 2), c, strength, load_i32(code, at + 5) != 0)
         return vec(sp.n) if is_black(n) else n
     if (space == 1 or space == 3) and sp.instance >= 0:
         c = transform_normal(instance_at(scene.instances, sp.instance).to_object, c)

@@ -197,7 +197,7 @@ def test_a_long_chain_needs_few_registers():
         return socket
 
     program, warnings = _compile(build)
-    assert not warnings and len(program.code) > 1500 * 7
+    assert not warnings and len(program.code) > 1500 * 6
 
 
 def test_flags_and_estimate_of_emission():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import bpy
+
 from ...kernels import opcodes as ops
 from ...scene import names
 from .inputs import point
@@ -46,7 +48,8 @@ def normal_map(c, node):
         color = flipped
     out = c.allocate(3)
     tangent = c.attribute(names.tangent(node.uv_map)) if node.space == "TANGENT" else 0
-    c.emit(ops.NORMAL_MAP, out, ops.NORMAL_SPACES.index(node.space), tangent, color, c.value(node, "Strength"))
+    strength, unit = c.value(node, "Strength"), bpy.app.version >= (5, 0, 0)  # Cycles 4.5 leaves its length alone
+    c.emit(ops.NORMAL_MAP, out, ops.NORMAL_SPACES.index(node.space), tangent, color, strength, unit)
     return {"Normal": out}
 
 

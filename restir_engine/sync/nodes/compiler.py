@@ -17,6 +17,9 @@ from .fallback import unsupported_closure, unsupported_node
 from .registry import CLOSURES, NODES, UNLINKED
 from .sockets import COLOR, FLOAT, SHADER, VECTOR, Links, find_socket, kind_of, same_socket
 
+# Up to 4.5 a value takes the type of each group socket that it passes; later Blender puts groups in their place first.
+_BORDERS_CONVERT = bpy.app.version < (5, 0, 0)
+
 
 class Compiler(Assembler):
     """Compiles one tree of a material, world or light of `scene`.
@@ -220,6 +223,11 @@ class Compiler(Assembler):
             if inner_node is None:
                 return None
             with self._at(path):
+                if not _BORDERS_CONVERT:
+                    link = self._links.into(inner_socket)
+                    found = self._output(link.from_node, link.from_socket) if link else None
+                    if found is not None:
+                        return found
                 found = self._input(inner_node, inner_socket)
             return self._convert(*found, kind), kind
         register = self._convert_node(node).get(socket.identifier)
