@@ -387,7 +387,7 @@ def transparent_shadow(scene, integrator, scratch, path, o, d, tmax):
             return result
         inherit(point, path, t)
         surface_point(scene, point, instance, primitive, u, v, t, d)
-        point.depth = path.bounce + 1
+        point.depth = path.bounce
         point.transparent_depth = path.transparent_bounce + crossed
         point.ray_flags = (path.flags & ~RAY_CAMERA) | RAY_SHADOW
         shader_eval(scene, point)

@@ -42,6 +42,8 @@ from .vec import (
 from .vm_math import clamp, divide, number, triple
 from .vm_shift import barycentric_shift, shifted_attribute, shifted_position
 
+_FARTHEST = 3.4028234663852886e38  # Ray Length of what has no distance, as Cycles has it
+
 
 @device
 def normal_operand(sp, registers, code, at):
@@ -203,9 +205,10 @@ def _light_path(sp, what):
     if what == 7:
         return _flag(sp, RAY_VOLUME)
     if what == 8:
-        return sp.t
+        return min(sp.t, _FARTHEST)
     if what == 9:  # a shader run for a shadow ray or a light is one bounce further than the point it is run from
-        return sp.depth + _flag(sp, RAY_SHADOW | RAY_EMISSION)
+        depth = sp.depth + _flag(sp, RAY_SHADOW | RAY_EMISSION)
+        return max(depth, 1.0) if sp.instance < 0 else depth
     if what == 10:
         return float(sp.diffuse_depth)
     if what == 11:
