@@ -245,7 +245,9 @@ def test_values_are_those_of_cycles(row, tmp_path, cosine, back):
     materials, render = row
     wo = towards(cosine)
     points = surfaces(materials, wo, back)
-    fibres = np.arange(len(materials)) >= len(MATERIALS)
+    tolerance = np.where(np.arange(len(materials)) < len(MATERIALS), 2e-3, 0.03)
+    if bpy.app.version < (5, 0, 0):  # Cycles approximated the reflectance of conductors then
+        tolerance[["PHYSICAL" in name for name in names()]] = 0.012
     mirror = np.array([-wo[0], -wo[1], wo[2]])
     wrong = []
     near = mirror + np.array([0.1, 0.1, 0.2])
@@ -262,8 +264,8 @@ def test_values_are_those_of_cycles(row, tmp_path, cosine, back):
         if wi[2] > 0.0:
             scale = theirs[0, 0] / ours[0, 0]
             assert scale == pytest.approx(1.0, rel=1e-4) or scale == pytest.approx(math.pi, rel=1e-4)
-        floor = np.where(fibres, 0.1, 0.01)[:, None] * np.abs(wi[2])
-        allowed = np.where(fibres, 0.03, 2e-3)[:, None] * np.maximum(theirs, floor) + 1e-6
+        floor = np.where(tolerance > 0.02, 0.1, 0.01) * np.abs(wi[2])
+        allowed = tolerance[:, None] * np.maximum(theirs, floor[:, None]) + 1e-6
         for i in np.flatnonzero((np.abs(ours * scale - theirs) > allowed).any(axis=1)):
             if not backwards(materials[i], np.array(wo), wi, back):
                 wrong.append(

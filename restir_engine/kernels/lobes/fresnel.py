@@ -49,13 +49,17 @@ def dielectric_average(eta):
 
 @device
 def conductor(cosine, n, k):
-    """Reflectance of a metal n + ik, in Cycles' approximation for |n + ik| well above 1."""
+    """Reflectance of a metal n + ik for unpolarised light, exact (Cycles before 5.0 approximates, within 1 %)."""
     c2 = cosine * cosine
-    m = n * n + k * k
-    twice = 2.0 * n * cosine
-    p = (m * c2 - twice + 1.0) / max(m * c2 + twice + 1.0, 1e-30)
-    s = (m - twice + c2) / max(m + twice + c2, 1e-30)
-    return 0.5 * (p + s)
+    s2 = 1.0 - c2
+    t = n * n - k * k - s2
+    m = math.sqrt(t * t + 4.0 * n * n * k * k)
+    u = math.sqrt(max(0.5 * (m + t), 0.0))
+    twice = 2.0 * u * cosine
+    s = (m + c2 - twice) / max(m + c2 + twice, 1e-30)
+    twice *= s2
+    rest = c2 * m + s2 * s2
+    return 0.5 * s * (1.0 + (rest - twice) / max(rest + twice, 1e-30))
 
 
 _EDGE = 6.0 / 7.0

@@ -92,7 +92,9 @@ def microfacet_eval(c, wo, wi):
     if reflected + transmitted <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
     probability = reflected / (reflected + transmitted)
-    x, y = closure_frame(c)
+    x = y = n
+    if c.alpha_x != c.alpha_y:
+        x, y = closure_frame(c)
     jacobian = 0.25
     if transmission:
         jacobian = c.ior * c.ior / length2 * abs(cos_ho * cos_hi)
