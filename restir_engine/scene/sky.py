@@ -197,16 +197,16 @@ def half_dome(atmosphere: Atmosphere) -> np.ndarray:
 
 
 def full_dome(atmosphere: Atmosphere) -> np.ndarray:
-    """Blender 5's sky with single scattering, black below the horizon: float32 (height, width, 4)."""
-    rows = np.arange(_FULL_HEIGHT) / (_FULL_HEIGHT // 2) - 1.0
+    """Blender 5's sky with single scattering, the horizon fading out below itself: float32 (height, width, 4)."""
+    middle = _FULL_HEIGHT // 2
+    rows = np.arange(_FULL_HEIGHT) / middle - 1.0
+    latitudes = np.copysign(0.5 * pi * rows**2, rows)
     longitudes = 2.0 * pi * np.arange(_WIDTH // 2) / _WIDTH - pi
-    directions = _directions(0.5 * pi * rows**2, longitudes)
-    directions = directions[_FULL_HEIGHT // 2 + 1 :]
+    directions = _directions(latitudes[middle:], longitudes)
     altitude = min(max(atmosphere.altitude, 1.0), 59999.0)
-    sky = np.zeros((_FULL_HEIGHT, _WIDTH // 2, 3))
-    upper = _single_scattering(atmosphere, directions.reshape(-1, 3), altitude)
-    sky[_FULL_HEIGHT // 2 + 1 :] = upper.reshape(directions.shape)
-    return _mirrored(sky)
+    upper = _single_scattering(atmosphere, directions.reshape(-1, 3), altitude).reshape(directions.shape)
+    fade = np.maximum(1.0 + 2.5 * np.sin(latitudes[:middle]), 0.0) ** 3
+    return _mirrored(np.concatenate([fade[:, None, None] * upper[:1], upper]))
 
 
 def dome_parameters(atmosphere: Atmosphere, sun: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

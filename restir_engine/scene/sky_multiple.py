@@ -48,14 +48,17 @@ def _coefficients(atmosphere: Atmosphere, height: np.ndarray) -> tuple[np.ndarra
     return air, scattering, extinction
 
 
-def _sphere(origin: np.ndarray, direction: np.ndarray, radius: float) -> np.ndarray:
-    """Distance along rays to a sphere around the origin of coordinates, -1: none."""
+def _to_space(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Distance from points in the atmosphere to its end."""
     b = np.sum(origin * direction, -1)
-    c = np.sum(origin * origin, -1) - radius * radius
-    d = b * b - c
-    root = np.sqrt(np.maximum(d, 0.0))
-    distance = np.where(d > b * b, -b + root, -b - root)
-    return np.where((d < 0.0) | ((c > 0.0) & (b > 0.0)), -1.0, distance)
+    return -b + np.sqrt(np.maximum(b * b - np.sum(origin * origin, -1) + _SPACE**2, 0.0))
+
+
+def _to_ground(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Distance from points in the atmosphere to the ground, -1 where the ray passes it."""
+    b = np.sum(origin * direction, -1)
+    d = b * b - np.sum(origin * origin, -1) + _EARTH**2
+    return np.where((d >= 0.0) & (b < 0.0), -b - np.sqrt(np.maximum(d, 0.0)), -1.0)
 
 
 def _transmittance(atmosphere: Atmosphere, cosine: np.ndarray, altitude: np.ndarray) -> np.ndarray:
@@ -63,7 +66,7 @@ def _transmittance(atmosphere: Atmosphere, cosine: np.ndarray, altitude: np.ndar
     direction = np.stack([np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0)), np.zeros_like(cosine), cosine], -1)
     origin = np.zeros_like(direction)
     origin[..., 2] = _EARTH + _THICKNESS * altitude
-    step = _sphere(origin, direction, _SPACE) / _STEPS
+    step = _to_space(origin, direction) / _STEPS
     depth = 0.0
     for i in range(_STEPS):
         points = origin + ((i + 0.5) * step)[..., None] * direction
@@ -106,8 +109,8 @@ def _radiance(atmosphere: Atmosphere, directions: np.ndarray) -> np.ndarray:
     sun = np.array([-cos(atmosphere.elevation), 0.0, np.sin(atmosphere.elevation)])
     origin = np.zeros_like(directions)
     origin[:, 2] = _EARTH + min(max(atmosphere.altitude, 1.0), 99999.0) / 1000.0
-    ground = _sphere(origin, directions, _EARTH)
-    step = np.where(ground < 0.0, _sphere(origin, directions, _SPACE), ground) / _STEPS
+    ground = _to_ground(origin, directions)
+    step = np.where(ground < 0.0, _to_space(origin, directions), ground) / _STEPS
     mu = directions @ sun
     g2 = _AEROSOL_G * _AEROSOL_G
     air_phase = (3.0 / (16.0 * pi) * (1.0 + mu * mu))[:, None]
