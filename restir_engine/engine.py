@@ -38,7 +38,7 @@ class RestirEngine(bpy.types.RenderEngine):
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows into a scene of our own."""
         self.scene = None
-        problem = requirements.problem() or missing_in(depsgraph)
+        problem = requirements.problem()
         if problem:
             fail(self, problem)
             return
@@ -135,13 +135,6 @@ def ordered_passes(names: frozenset[str]) -> list[str]:
 def pass_name(item) -> str:
     """What the running Blender calls a pass."""
     return item.name if bpy.app.version >= (5, 0, 0) else item.name_4
-
-
-def missing_in(depsgraph: bpy.types.Depsgraph) -> str:
-    """What the scene lacks to be rendered, or ""."""
-    if depsgraph.scene.camera is None:
-        return "The scene has no camera: add one (Add > Camera) or set one in the Scene properties."
-    return ""
 
 
 def unexpected(what: str, error: BaseException) -> str:
