@@ -235,6 +235,7 @@ def inherit(sp, path, t):
     sp.transmission_depth = path.transmission_bounce
     sp.transparent_depth = path.transparent_bounce
     sp.light = -1
+    put(sp.receiver, vec(path.receiver))
     sp.dp = path.dp + t * path.dd
     sp.dd = path.dd
 
@@ -425,6 +426,7 @@ def bounce(scene, integrator, path, sp):
         put(path.glossy_weight, (share(f[3], total[0]), share(f[4], total[1]), share(f[5], total[2])))
     put(path.o, offset_origin(sp, wi))
     put(path.d, normalize(wi))
+    put(path.receiver, vec(sp.receiver))
     path.tmin = 0.0
     path.dp = sp.dp
     next_state(path, integrator, label, pdf)

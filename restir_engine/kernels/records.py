@@ -105,8 +105,10 @@ MATERIAL = _record(
     "pass_index",
     "emission_sampling",  # 0 none, 1 auto, 2 front, 3 back, 4 both
     ("emission_estimate", 3),  # radiance, for light selection; 0 where it does not emit
+    ("lambert", 3),  # weight of the one lobe of MATERIAL_LAMBERT
 )
 MATERIAL_EMITS = 1
+MATERIAL_LAMBERT = 8  # nothing but a Lambert lobe of the constant weight `lambert`: the program need not run
 MATERIAL_TRANSPARENT = 2  # may let shadow rays through
 MATERIAL_VARYING_EMISSION = 4  # emission depends on the point (a texture)
 
@@ -163,6 +165,7 @@ SHADING_POINT = _record(
     ("dpdv", 3),
     ("dp", 1),  # radius of the ray's footprint at p
     ("dd", 1),  # its growth by unit of distance
+    ("receiver", 3),  # normal by which light sampling weighed lamps where this path's ray began; zero: by none
     # What the program wrote:
     ("emission", 3),
     ("transparent", 3),  # weight of transparent closures
@@ -383,6 +386,7 @@ PATH = _record(
     ("glossy_weight", 3),
     ("feature_throughput", 3),
     ("mis_pdf", 1),  # solid-angle pdf of d at o; 0: not found by light sampling, counts fully
+    ("receiver", 3),  # light sampling's normal at o, see SHADING_POINT
     ("min_pdf", 1),
     ("dp", 1),
     ("dd", 1),

@@ -5,11 +5,14 @@ import numpy as np
 from restir_engine.kernels import rng
 from restir_engine.kernels.jit import kernel
 from restir_engine.kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
+from restir_engine.kernels.lobes.closure import LOBE_TRANSLUCENT
 from restir_engine.kernels.memory import address, load_f64, store_f64
 from restir_engine.kernels.records import (
     SCRATCH_BYTES,
+    SCRATCH_CLOSURES,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_POINT,
+    closure_at,
     light_sample_at,
     shading_point_at,
 )
@@ -18,10 +21,17 @@ from restir_engine.kernels.world import world_pdf, world_radiance
 
 
 @kernel
-def draw_kernel(scene, scratch, x, y, z, seed, n, out):
-    """n samples for the point (x, y, z): [drawn, wi, pdf, radiance, light, instance, primitive, distance] each."""
+def draw_kernel(scene, scratch, x, y, z, kind, seed, n, out):
+    """n samples for the point (x, y, z): [drawn, wi, pdf, radiance, light, instance, primitive, distance] each.
+
+    The surface looks up and has one closure of a LOBE_* kind.
+    """
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
     put(sp.p, (x, y, z))
+    put(sp.n, (0.0, 0.0, 1.0))
+    sp.closures = scratch + SCRATCH_CLOSURES
+    sp.n_closures = 1
+    closure_at(sp.closures, 0).kind = kind
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     for i in range(n):
         u0, u1 = rng.sample2(seed, i, 0)
@@ -39,10 +49,11 @@ def draw_kernel(scene, scratch, x, y, z, seed, n, out):
 
 
 @kernel
-def seen_kernel(scene, scratch, x, y, z, flags, directions, n, out):
+def seen_kernel(scene, scratch, x, y, z, up, flags, directions, n, out):
     """What the lamps, suns and the world send along n directions to (x, y, z): [rgb, sum of densities] each."""
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
     sp.ray_flags = flags
+    put(sp.receiver, (0.0, 0.0, up))
     o = (x, y, z)
     for i in range(n):
         d = load3_f64(directions, 3 * i)
@@ -89,21 +100,21 @@ def scratch_memory() -> np.ndarray:
     return np.zeros(SCRATCH_BYTES, np.uint8)
 
 
-def draw(scene, point, n=20_000, seed=1) -> np.ndarray:
+def draw(scene, point, n=20_000, seed=1, kind=LOBE_TRANSLUCENT) -> np.ndarray:
+    """Samples for a surface that looks up; kind: LOBE_* of its closure."""
     out = np.zeros((n, 12))
     memory = scratch_memory()
-    draw_kernel(scene.record, address(memory), *map(float, point), seed, n, address(out))
+    draw_kernel(scene.record, address(memory), *map(float, point), kind, seed, n, address(out))
     return out
 
 
-def seen(scene, point, directions, flags=8) -> np.ndarray:
-    """[rgb, density] along directions (n, 3); flags: RAY_* of the rays (diffuse)."""
+def seen(scene, point, directions, flags=8, up=0.0) -> np.ndarray:
+    """[rgb, density] along directions (n, 3); flags: RAY_* of the rays; up: 1 from a surface that reflects."""
     directions = np.ascontiguousarray(directions, float)
     out = np.zeros((len(directions), 4))
     memory = scratch_memory()
-    seen_kernel(
-        scene.record, address(memory), *map(float, point), flags, address(directions), len(directions), address(out)
-    )
+    start = (scene.record, address(memory), *map(float, point), up, flags)
+    seen_kernel(*start, address(directions), len(directions), address(out))
     return out
 
 

@@ -9,6 +9,7 @@ from light_scenes import emission_program, lamp_scene, matrix
 from scipy.stats import chi2
 
 from restir_engine.kernels import records as rec
+from restir_engine.kernels.lobes.closure import LOBE_LAMBERT
 from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 
 WHITE = (1.0, 1.0, 1.0)
@@ -211,6 +212,21 @@ def test_selection_probabilities():
             t = draw(lamp_scene(lamp), (0.3, 0.2, 0.1), 5000)
             angles += np.where(t[:, 0] > 0, 1.0 / np.where(t[:, 4] > 0, t[:, 4], 1.0), 0.0).mean() * count
         close((inverse.mean(), inverse.std() / math.sqrt(len(s))), angles, 5e-3)
+
+
+def test_selection_by_the_normal():
+    """A surface that only reflects prefers the lamps before it; densities of hits follow."""
+    places = [(1.5, 0.0, 2.0), (-1.0, 1.0, 0.5), (0.0, -1.0, -1.5)]
+    lamps = [point_lamp(matrix(place), WHITE, 0.3, soft=False) for place in places] + [LAMPS["sun"]]
+    scene = lamp_scene(*lamps)
+    s = draw(scene, (0.1, 0.2, 0.0), 20_000, kind=LOBE_LAMBERT)
+    assert (s[:, 8] == 2.0).mean() < 0.03
+    exact = sum(irradiance(lamp_scene(lamp), (0.1, 0.2, 0.0), UP)[0] for lamp in lamps)
+    value = np.where(s[:, 0] > 0, s[:, 5] * np.maximum(s[:, 3], 0.0) / np.where(s[:, 4] > 0, s[:, 4], 1.0), 0.0)
+    close((value.mean(), value.std() / math.sqrt(len(s))), exact, 2e-3)
+    drawn = s[s[:, 0] > 0.0][:500]
+    found = seen(scene, (0.1, 0.2, 0.0), drawn[:, 1:4], up=1.0)
+    assert (np.abs(found[:, 3] / drawn[:, 4] - 1.0) < 1e-4).mean() > 0.98
 
 
 def test_visibility_and_bounces():

@@ -66,7 +66,8 @@ def sun_next(scene, d, first, ray_flags):
 def light_radiance(scene, scratch, sp, index, o, d, t):
     """(red, green, blue, pdf): what a lamp that the ray met at t adds, and light_sample's density for d from o.
 
-    sp is the path's state; sp.depth counts the bounces of this ray (light_sample for it was asked at one less).
+    sp is the path's state: sp.receiver is that of light_sample at o, sp.depth counts the bounces of this ray
+    (light_sample for it was asked at one less).
     """
     light = light_at(scene.lights, index)
     if sp.depth > light.max_bounces + 1:
@@ -95,5 +96,5 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
         point = shadow_point(scratch, sp)
         off_surface(point, light.material, index, p, ng, d, t, u, v)
         radiance = mul(radiance, run_emission(scene, point))
-    chosen = light_table_at(scene.light_table, 0).lamps * lamp_probability(scene, o, index)
+    chosen = light_table_at(scene.light_table, 0).lamps * lamp_probability(scene, o, vec(sp.receiver), index)
     return radiance[0], radiance[1], radiance[2], pdf * chosen

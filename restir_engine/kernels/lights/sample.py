@@ -18,14 +18,14 @@ from ..vec import mul, put, scale, vec
 from ..world import sample_world
 from .area import sample_area
 from .ball import sample_ball
-from .select import choose_lamp
+from .select import choose_lamp, set_receiver
 from .sun import sample_sun
 from .triangle import sample_triangle
 
 
 @device
 def _sample_lamp(scene, sp, scratch, o, u0, u1, u2, ls):
-    i, probability = choose_lamp(scene, o, u2)
+    i, probability = choose_lamp(scene, o, vec(sp.receiver), u2)
     if probability <= 0.0:
         return False
     light = light_at(scene.lights, i)
@@ -70,6 +70,7 @@ def light_sample(scene, sp, scratch, u0, u1, u2):
     table = light_table_at(scene.light_table, 0)
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     o = vec(sp.p)
+    set_receiver(scene, sp)
     if u2 < table.lamps:
         done = _sample_lamp(scene, sp, scratch, o, u0, u1, u2 / table.lamps, ls)
         share = float(table.lamps)

@@ -3,20 +3,41 @@
 import math
 
 from ..jit import device
+from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT
 from ..memory import load_f64
-from ..records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, light_at, light_table_at
-from ..vec import dot, sub, vec
+from ..records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, closure_at, light_at, light_table_at
+from ..vec import dot, put, sub, vec
 from ..warp import alias_pick
+from .sun import sun_direction
 
 # Weight of a lamp whose cone misses the point: the test is by bounds, so the lamp must keep a chance.
 _OUTSIDE = 0.01
 
+# The same of a lamp behind the surface: a lobe's normal may differ from the surface's.
+_BEHIND = 0.02
+
 
 @device
-def _importance(light, o):
-    """Roughly the irradiance that a lamp sends to o; 0 only where it sends none."""
+def set_receiver(scene, sp):
+    """Note in sp.receiver the normal that lamps are weighed by: none where light passes through the surface."""
+    put(sp.receiver, (0.0, 0.0, 0.0))
+    if scene.n_lights < 2:
+        return
+    for i in range(sp.n_closures):
+        kind = closure_at(sp.closures, i).kind
+        if kind == LOBE_TRANSLUCENT or LOBE_REFRACTION <= kind <= LOBE_GLASS:
+            return
+    put(sp.receiver, vec(sp.n))
+
+
+@device
+def _importance(light, o, n):
+    """Roughly the irradiance that a lamp sends to o with normal n (zero: any); 0 only where it sends none."""
     if light.kind == LIGHT_SUN:
-        return light.importance
+        if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
+            return light.importance
+        cos = dot(n, sun_direction(light)) + math.sqrt(light.p[3] * (2.0 - light.p[3]))
+        return light.importance * max(min(cos, 1.0), _BEHIND)
     w = sub(o, vec(light.center))
     d2 = dot(w, w)
     r = light.radius
@@ -39,22 +60,25 @@ def _importance(light, o):
         z = m[8] * w[0] + m[9] * w[1] + m[10] * w[2]
         if -z + r * (1.0 + math.sqrt(d2)) / math.sqrt(d2) < light.p[0] * math.sqrt(x * x + y * y + z * z):
             near *= _OUTSIDE
+    if d2 > r * r and (n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0):
+        near *= max(min((r - dot(n, w)) / math.sqrt(d2), 1.0), _BEHIND)
     return light.importance * near
 
 
 @device
-def choose_lamp(scene, o, u):
-    """(index, probability) of a lamp for o; probability 0: none lights it."""
+def choose_lamp(scene, o, n, u):
+    """(index, probability) of a lamp for o with normal n; probability 0: none lights it."""
     table = light_table_at(scene.light_table, 0)
-    n = scene.n_lights
+    if scene.n_lights == 1:
+        return 0, 1.0
     if not table.by_importance:
-        i, u = alias_pick(table.lamp_alias, n, u)
+        i, u = alias_pick(table.lamp_alias, scene.n_lights, u)
         return i, load_f64(table.lamp_probabilities, i)
     chosen = -1
     weight = 0.0
     total = 0.0
-    for i in range(n):
-        w = _importance(light_at(scene.lights, i), o)
+    for i in range(scene.n_lights):
+        w = _importance(light_at(scene.lights, i), o, n)
         if w > 0.0:
             total += w
             p = w / total
@@ -68,15 +92,17 @@ def choose_lamp(scene, o, u):
 
 
 @device
-def lamp_probability(scene, o, index):
-    """The probability with which `choose_lamp` chooses a lamp for o."""
+def lamp_probability(scene, o, n, index):
+    """The probability with which `choose_lamp` chooses a lamp for o with normal n."""
     table = light_table_at(scene.light_table, 0)
+    if scene.n_lights == 1:
+        return 1.0
     if not table.by_importance:
         return load_f64(table.lamp_probabilities, index)
     total = 0.0
     weight = 0.0
     for i in range(scene.n_lights):
-        w = _importance(light_at(scene.lights, i), o)
+        w = _importance(light_at(scene.lights, i), o, n)
         total += w
         if i == index:
             weight = w
