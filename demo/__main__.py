@@ -16,8 +16,8 @@ from restir_engine import engine
 def main() -> None:
     """Build the scene, render it, say where the picture is."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--samples", type=int, default=128, help="paths for each pixel")
-    parser.add_argument("--size", default="960x640", help="width and height of the picture in pixels")
+    parser.add_argument("--samples", type=int, default=64, help="paths for each pixel")
+    parser.add_argument("--size", default="720x480", help="width and height of the picture in pixels")
     parser.add_argument("--output", type=Path, default=Path("still_life.png"))
     parser.add_argument("--engine", default="RESTIR", choices=("RESTIR", "CYCLES"), help="CYCLES to compare")
     parser.add_argument("--no-denoising", action="store_true", help="show the noise that is left")
@@ -29,6 +29,7 @@ def main() -> None:
     scene.render.engine = options.engine
     settings = scene.restir if options.engine == "RESTIR" else scene.cycles
     settings.samples, settings.use_denoising = options.samples, not options.no_denoising
+    scene.restir.clamp_indirect, scene.restir.filter_glossy = 10.0, 1.0  # as in a new Cycles scene
     scene.render.image_settings.file_format = "PNG"
     scene.render.filepath = str(options.output.resolve())
     start = time.perf_counter()

@@ -80,6 +80,27 @@ def steps():
     yield 0.5
     screenshot("escaped")
 
+    window = bpy.context.window_manager.windows[0]
+    properties = areas("PROPERTIES")[0].spaces[0]
+    for tab in ("VIEW_LAYER", "WORLD", "OBJECT", "MATERIAL"):
+        properties.context = tab
+        yield 1.0
+        screenshot(f"tab_{tab.lower()}")
+    viewport = areas("VIEW_3D")[0]
+    viewport.ui_type = "ShaderNodeTree"
+    yield 1.0
+    menus = ("NODE_MT_category_shader_shader", "NODE_MT_shader_node_shader_all")
+    menu = next(name for name in menus if hasattr(bpy.types, name))
+    region = next(region for region in viewport.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=viewport, region=region):
+        bpy.ops.wm.call_menu("INVOKE_DEFAULT", name=menu)
+    yield 1.0
+    screenshot("shader_editor")
+    subprocess.run(["xdotool", "key", "Escape"], check=True)
+    yield 0.5
+    viewport.ui_type = "VIEW_3D"
+    yield 0.5
+
     for other in bpy.context.window_manager.windows:
         for area in other.screen.areas:
             if area.type == "VIEW_3D":
