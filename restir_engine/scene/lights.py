@@ -12,9 +12,9 @@ from .lamps import LUMINANCE
 # Up to this number lamps are weighed against each other at every point that is lit.
 _WEIGH_AT_POINT = 32
 
-# Of the choice between lamps, triangles and world, the share that does not go by power: power says little about what
-# a point behind a wall or near a lamp sees.
-_EVEN = 0.3
+# Of the choice between lamps, triangles and world, the share that goes by the root of the power: power says little
+# about what a point behind a wall or near a lamp sees.
+_FLAT = 0.3
 
 # Evaluations of programs that measuring textured emission of one mesh may take, and at most of one triangle.
 _MEASURES, _MEASURES_EACH = 400_000, 16
@@ -56,13 +56,27 @@ class LightTable:
     """Lamps (LIGHT records, put here by sync) and what selection needs; `commit` builds it from the scene."""
 
     def __init__(self) -> None:
-        self.lamps = np.zeros(0, rec.LIGHT)
+        self._lamps = np.zeros(0, rec.LIGHT)
+        self._added: list[np.ndarray] = []
         self._record = np.zeros(1, rec.LIGHT_TABLE)
         self._arrays: list = []
 
     def add(self, lamp: np.ndarray) -> None:
         """Add a LIGHT record (1,), see `scene.lamps`."""
-        self.lamps = np.concatenate([self.lamps, lamp])
+        self._added.append(lamp)
+
+    @property
+    def lamps(self) -> np.ndarray:
+        """All LIGHT records, in the order in which they were added."""
+        if self._added:
+            self._lamps = np.concatenate([self._lamps, *self._added])
+            self._added.clear()
+        return self._lamps
+
+    @lamps.setter
+    def lamps(self, lamps: np.ndarray) -> None:
+        self._lamps = lamps
+        self._added.clear()
 
     @property
     def record(self) -> np.void:
@@ -78,8 +92,8 @@ class LightTable:
         world = np.pi * scene.world.mean if scene.world.sampled else 0.0
         shares = np.array([lamps, triangles, world])
         if shares.sum() > 0.0:
-            present = shares > 0.0
-            shares = (1.0 - _EVEN) * shares / shares.sum() + _EVEN * present / present.sum()
+            roots = np.sqrt(shares)
+            shares = (1.0 - _FLAT) * shares / shares.sum() + _FLAT * roots / roots.sum()
         for name, share in zip(("lamps", "triangles", "world"), shares, strict=True):
             self._record[0][name] = share
         scene.record["light_table"] = address(self._record)
@@ -118,11 +132,9 @@ class LightTable:
     @staticmethod
     def _weigh_programs(scene, lamps: np.ndarray) -> None:
         """Bring the emission of lamps' programs into their importance (which is that of their strength)."""
-        for lamp in lamps:
-            if lamp["material"] >= 0:
-                emission = scene.shaders.materials[lamp["material"]]["emission_estimate"] @ LUMINANCE
-                if emission > 0.0:
-                    lamp["importance"] *= emission
+        programmed = np.flatnonzero(lamps["material"] >= 0)
+        emission = scene.shaders.materials["emission_estimate"][lamps["material"][programmed]] @ LUMINANCE
+        lamps["importance"][programmed] *= np.where(emission > 0.0, emission, 1.0)
 
     @staticmethod
     def _distances(scene, lamps: np.ndarray) -> np.ndarray:
@@ -221,8 +233,8 @@ class LightTable:
         measure_emission(
             scene.record, address(scratch), int(index), address(primitives), len(primitives), points, address(values)
         )
-        mean = values.mean()
-        return 0.9 * values + 0.1 * mean if mean > 0.0 else np.full(len(values), 1e-6)
+        # Not quite nothing where all is black: another instance may have another colour.
+        return 0.9 * values + 0.1 * values.mean() + 1e-6
 
 
 def _areas(mesh, primitives: np.ndarray) -> np.ndarray:

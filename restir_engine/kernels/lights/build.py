@@ -47,7 +47,7 @@ def build_alias(weights, n, table, scratch):
 
 @kernel
 def measure_emission(scene, scratch, instance, primitives, n, points, values):
-    """Store the mean luminance over some points of the front of n triangles (int32) to float64 values."""
+    """Store the mean luminance over some points of n triangles (int32), of both sides in turn, to float64 values."""
     state = shading_point_at(scratch + SCRATCH_POINT, 0)
     for i in range(n):
         primitive = load_i32(primitives, i)
@@ -59,7 +59,8 @@ def measure_emission(scene, scratch, instance, primitives, n, points, values):
             if u + v > 1.0:
                 u, v = 1.0 - u, 1.0 - v
             point = shadow_point(scratch, state)
-            surface_point(scene, point, instance, primitive, u, v, 1.0, neg(normal))
+            d = normal if (primitive + k) & 1 else neg(normal)
+            surface_point(scene, point, instance, primitive, u, v, 1.0, d)
             e = run_emission(scene, point)
             y = luminance(e[0], e[1], e[2])
             total += y if 0.0 < y < 1e30 else 0.0
