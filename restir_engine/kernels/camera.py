@@ -4,7 +4,7 @@ import math
 
 from .jit import device
 from .records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA
-from .vec import add, cross, length, madd, normalize, scale, sub, transform_point, transform_vector
+from .vec import add, cross, dot, length, madd, normalize, scale, sub, transform_point, transform_vector
 
 
 @device
@@ -13,8 +13,8 @@ def camera_ray(camera, x, y, lens_u, lens_v):
 
     x, y: pixels from the film's lower left corner; lens_u, lens_v: uniform numbers. d is a unit vector and o lies on
     the near clipping plane (for a panorama: sphere). dp is the radius of the ray's footprint at o, dd its growth by
-    unit of distance: the mean over both image axes of how much the neighbouring pixel's ray differs (Igehy 1999,
-    reduced to a cone).
+    unit of distance: the mean over both image axes of how fast the direction turns by pixel (Igehy 1999, reduced to a
+    cone).
     """
     px = x + camera.region_x
     py = y + camera.region_y
@@ -25,7 +25,7 @@ def camera_ray(camera, x, y, lens_u, lens_v):
     else:
         o, d, near, dp, dd = _perspective(camera, px, py, lens_u, lens_v)
     o = transform_point(camera.to_world, madd(o, d, near))
-    return o, normalize(transform_vector(camera.to_world, d)), dp + near * dd, dd
+    return o, transform_vector(camera.to_world, d), dp + near * dd, dd
 
 
 @device
@@ -44,9 +44,14 @@ def _perspective(camera, px, py, lens_u, lens_v):
     step_x = (camera.screen[1] - camera.screen[0]) / camera.width
     step_y = (camera.screen[3] - camera.screen[2]) / camera.height
     pinhole = (camera.screen[0] + px * step_x, camera.screen[2] + py * step_y, -1.0)
-    d = normalize(pinhole)
-    dd = _spread(d, normalize(add(pinhole, (step_x, 0.0, 0.0))), normalize(add(pinhole, (0.0, step_y, 0.0))))
-    near = camera.clip_start * length(pinhole)
+    squared = dot(pinhole, pinhole)
+    distance = math.sqrt(squared)
+    d = scale(pinhole, 1.0 / distance)
+    # How far the unit direction turns when the pinhole's image moves by a step along x, and along y.
+    turn_x = abs(step_x) * math.sqrt(squared - pinhole[0] * pinhole[0])
+    turn_y = abs(step_y) * math.sqrt(squared - pinhole[1] * pinhole[1])
+    dd = 0.5 * (turn_x + turn_y) / squared
+    near = camera.clip_start * distance
     o = (0.0, 0.0, 0.0)
     if camera.aperture > 0.0:
         lens_x, lens_y = _lens_point(camera, lens_u, lens_v)

@@ -4,11 +4,12 @@ import numpy as np
 
 from . import opcodes as ops
 from .jit import Entry, device, entry
-from .lobes import bsdf_op
+from .lobes.closure import LOBE_LAMBERT, add_closure
+from .lobes.entries import BSDF_ENTRIES, FIRST, makes_lobes
 from .memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
-from .records import material_at, scene_at, shading_point_at
+from .records import MATERIAL_LAMBERT, RAY_NO_LOBES, material_at, scene_at, shading_point_at
 from .textures import texture_op
-from .vec import normalize, put, store3_f64
+from .vec import normalize, put, store3_f64, vec
 from .vm_bump import bump_op
 from .vm_color import color_op
 from .vm_inputs import input_op
@@ -89,13 +90,18 @@ def _conversion_op(op, registers, code, at):
 
 
 @device
-def _start(scene, sp, material):
-    """Clear what programs write and copy the constants."""
-    for k in range(3):
-        sp.emission[k] = 0.0
-        sp.transparent[k] = 0.0
+def _reset(sp):
+    """Clear what programs write."""
+    put(sp.emission, (0.0, 0.0, 0.0))
+    put(sp.transparent, (0.0, 0.0, 0.0))
     sp.holdout = 0.0
     sp.n_closures = 0
+
+
+@device
+def _start(scene, sp, material):
+    """Clear what programs write and copy the constants."""
+    _reset(sp)
     for index in range(material.n_constants):
         store_f64(sp.registers, index, load_f64(scene.constants, material.constants + index))
 
@@ -123,8 +129,8 @@ def _run_program(scene, sp):
             _arithmetic_op(op, registers, code, first)
         elif op >= 100 and op < 200:
             texture_op(op, scene, sp, registers, code, first)
-        else:
-            family = _BSDFS if op >= 200 else op // 20
+        elif op < FIRST or makes_lobes(op, sp):
+            family = op // 20 if op < FIRST else _BSDFS + op - FIRST
             call_entry(load_i64(entries, family), record_address(scene), record_address(sp), op, registers, first)
         op = load_i32(code, at)
 
@@ -135,11 +141,17 @@ def shader_eval(scene, sp):
 
     With one of RAY_NO_LOBES among sp.ray_flags no closures with a BSDF are made.
     """
+    material = material_at(scene.materials, sp.material)
+    if material.flags & MATERIAL_LAMBERT:
+        _reset(sp)
+        if sp.ray_flags & RAY_NO_LOBES == 0:
+            add_closure(sp, LOBE_LAMBERT, vec(material.lambert), vec(sp.n))
+        return
     call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), 0, 0, 0)
 
 
-# Places in the table of entries; between these two, a family of twenty opcodes each. An entry is compiled once, on
-# its own, when a scene first needs it, so that the kernels that run programs stay small.
+# Places in the table of entries: the program, four families of twenty opcodes each, one for each BSDF node. An entry
+# is compiled once, on its own, when a scene first needs it, so that the kernels that run programs stay small.
 _PROGRAM, _BSDFS = 0, 5
 
 
@@ -171,13 +183,7 @@ def _normals(scene, sp, op, registers, at):
     bump_op(op, scene, shading_point_at(sp, 0), registers, scene.code, at)
 
 
-@entry
-def _bsdfs(scene, sp, op, registers, at):
-    scene = scene_at(scene, 0)
-    bsdf_op(op, scene, shading_point_at(sp, 0), registers, scene.code, at)
-
-
-_ENTRIES: tuple[Entry, ...] = (_program, _maths, _colors, _inputs, _normals, _bsdfs)
+_ENTRIES: tuple[Entry, ...] = (_program, _maths, _colors, _inputs, _normals, *BSDF_ENTRIES)
 
 
 def opcodes_in(code: np.ndarray) -> set[int]:
@@ -190,11 +196,11 @@ def opcodes_in(code: np.ndarray) -> set[int]:
 
 
 def shader_entries(code: np.ndarray) -> np.ndarray:
-    """Addresses of what runs these programs, compiled where it is not yet; 0 for families without an instruction."""
+    """Addresses of what runs these programs, compiled where it is not yet; 0 for what no instruction needs."""
     used = {_PROGRAM}
     for op in opcodes_in(code):
-        if op >= 200:
-            used.add(_BSDFS)
+        if op >= FIRST:
+            used.add(_BSDFS + op - FIRST)
         elif 20 <= op < 100:
             used.add(op // 20)
     return np.array([e.address if index in used else 0 for index, e in enumerate(_ENTRIES)], np.int64)

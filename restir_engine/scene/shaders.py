@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..kernels import records as rec
+from ..kernels.lobes.nodes import DIFFUSE
+from ..kernels.opcodes import END
 
 
 @dataclass
@@ -19,6 +21,19 @@ class Program:
     pass_index: int = 0
     emission_sampling: int = 0  # see MATERIAL
     emission_estimate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def constant_lambert(program: Program) -> np.ndarray | None:
+    """The weight (3,) of the lobe when a program is one smooth Diffuse BSDF with constant inputs, else None."""
+    code = program.code.tolist()
+    if len(code) != 8 or code[0] != DIFFUSE or code[6] != END:
+        return None
+    weight, color, roughness, normal = code[2:6]
+    if max(weight + 2, color + 2, roughness) >= len(program.constants) or normal != -1:
+        return None
+    if program.constants[roughness] > 0.0:
+        return None
+    return program.constants[weight : weight + 3] * program.constants[color : color + 3]
 
 
 class ShaderTable:
@@ -82,6 +97,10 @@ class ShaderTable:
             record["n_constants"] = len(program.constants)
             for name in ("flags", "pass_index", "emission_sampling", "emission_estimate"):
                 record[name] = getattr(program, name)
+            lambert = constant_lambert(program)
+            if lambert is not None:
+                record["flags"] |= rec.MATERIAL_LAMBERT
+                record["lambert"] = lambert
             code_at += len(program.code)
             constants_at += len(program.constants)
         self._materials = materials

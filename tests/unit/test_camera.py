@@ -38,10 +38,11 @@ def test_perspective_corners_and_clipping():
     np.testing.assert_allclose(d, np.array([1.0, 0.5, -1.0]) / 1.5, atol=1e-12)
     np.testing.assert_allclose(o, [0.5, 0.25, -0.5], atol=1e-12)  # on the near plane
     np.testing.assert_allclose((o + reach * d)[2], -10.0, atol=1e-9)
-    right = np.array([1.05, 0.5, -1.0])
-    up = np.array([1.0, 0.55, -1.0])
-    spread = [np.linalg.norm(v / np.linalg.norm(v) - d) for v in (right, up)]
-    np.testing.assert_allclose(dd, np.mean(spread), rtol=1e-9)
+    step = 1e-6  # pixels: dd is a derivative
+    right = np.array([1.0 + 0.05 * step, 0.5, -1.0])
+    up = np.array([1.0, 0.5 + 0.05 * step, -1.0])
+    spread = [np.linalg.norm(v / np.linalg.norm(v) - d) / step for v in (right, up)]
+    np.testing.assert_allclose(dd, np.mean(spread), rtol=1e-5)
     np.testing.assert_allclose(dp, dd * 0.75, rtol=1e-9)
 
 

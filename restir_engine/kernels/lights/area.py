@@ -10,8 +10,9 @@ from ..records import LIGHT_DELTA, LIGHT_ELLIPSE
 from ..vec import dot, madd, put, sub, vec
 from ..warp import disk
 
-# Below this solid angle a rectangle is sampled by area: the spherical formulas lose their digits.
-_TINY = 1e-8
+# A rectangle is sampled by area where it is small beside the square of its distance: there the density by area is as
+# good as that by solid angle, at a quarter of the cost, and the spherical formulas lose their digits.
+_FAR = 0.1
 
 
 @device
@@ -67,6 +68,13 @@ def _region(light, qu, qv, h):
 
 
 @device
+def _is_far(x, y, h, width, height):
+    """Whether a rectangle is small as seen from (x, y, h) relative to its centre."""
+    side = max(width, height)
+    return side * side < _FAR * (x * x + y * y + h * h)
+
+
+@device
 def _edge_normals(x0, x1, y0, y1, h):
     """The component towards the plane of the unit normals of the four planes through o and an edge."""
     h2 = h * h
@@ -107,14 +115,9 @@ def rectangle_solid_angle(x0, x1, y0, y1, h):
 
 @device
 def _rectangle_sample(x0, x1, y0, y1, h, s, t):
-    """(x, y, solid angle): a point of the rectangle, uniform by solid angle (Ureña, Fajardo and King 2013).
-
-    A solid angle below _TINY comes without a point.
-    """
+    """(x, y, solid angle): a point of the rectangle, uniform by solid angle (Ureña, Fajardo and King 2013)."""
     a, b, c, d = _edge_normals(x0, x1, y0, y1, h)
     solid_angle, cos_far, sin_far = _solid_angle(a, b, c, d)
-    if solid_angle < _TINY:
-        return 0.0, 0.0, solid_angle
     # phi: the angle up to which the slices in x fill the share s; cu: the x whose slice ends there.
     cos_s = math.cos(s * solid_angle)
     sin_s = math.sin(s * solid_angle)
@@ -155,12 +158,12 @@ def sample_area(light, o, u0, u1, ls):
         else:
             x0 = cu - 0.5 * lu - qu
             y0 = cv - 0.5 * lv - qv
-            x, y, solid_angle = _rectangle_sample(x0, x0 + lu, y0, y0 + lv, h, u0, u1)
-            if solid_angle < _TINY:
+            if _is_far(qu - cu, qv - cv, h, lu, lv):
                 u = cu + lu * (u0 - 0.5)
                 v = cv + lv * (u1 - 0.5)
                 density = 1.0 / (lu * lv)
             else:
+                x, y, solid_angle = _rectangle_sample(x0, x0 + lu, y0, y0 + lv, h, u0, u1)
                 u = qu + x
                 v = qv + y
                 density = 0.0
@@ -228,10 +231,9 @@ def area_pdf(light, o, d, t):
         return 4.0 / (math.pi * lu * lv) * t * t / cos
     x0 = cu - 0.5 * lu - qu
     y0 = cv - 0.5 * lv - qv
-    solid_angle = rectangle_solid_angle(x0, x0 + lu, y0, y0 + lv, h)
-    if solid_angle < _TINY:
+    if _is_far(qu - cu, qv - cv, h, lu, lv):
         return t * t / (cos * lu * lv)
-    return 1.0 / solid_angle
+    return 1.0 / rectangle_solid_angle(x0, x0 + lu, y0, y0 + lv, h)
 
 
 @device
