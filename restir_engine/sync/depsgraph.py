@@ -18,7 +18,7 @@ from .curves import note_unsupported
 from .hashing import hash_uint2, to_unit
 from .lights import sync_light
 from .materials import Materials
-from .mesh import add_attributes, read_mesh
+from .mesh import add_attributes, read_mesh, readable
 from .objects import instance_flags, name_random, property_value, ray_visibility
 from .world import sync_world
 
@@ -163,13 +163,15 @@ class _Reader:
         """
         index, seen = self._meshes.get(data.as_pointer(), (None, 0))
         if index is None:
-            mesh = read_mesh(self.scene, data, len(item.modifiers) > 0 or data.shape_keys is not None)
+            with readable(item, data, self.depsgraph) as source:
+                mesh = read_mesh(self.scene, source, len(item.modifiers) > 0 or data.shape_keys is not None)
             index = -1
             if mesh is not None:
                 index = len(self.scene.meshes)
                 self.scene.meshes.append(mesh)
         elif index >= 0 and seen < len(self.scene.attribute_names):
-            add_attributes(self.scene, self.scene.meshes[index], data)
+            with readable(item, data, self.depsgraph) as source:
+                add_attributes(self.scene, self.scene.meshes[index], source)
         self._meshes[data.as_pointer()] = (index, len(self.scene.attribute_names))
         return index
 

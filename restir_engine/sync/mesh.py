@@ -5,6 +5,7 @@ Only properties that Blender hands out as whole arrays are read (attributes' own
 """
 
 import ctypes
+from contextlib import contextmanager
 
 import bpy
 import numpy as np
@@ -74,7 +75,49 @@ def add_attributes(scene, mesh: Mesh, data) -> None:
                 mesh.attributes.append(attribute)
 
 
+# What Attribute nodes may also ask for, whether or not the artist made an attribute of that name.
+DERIVED = {
+    "uv": names.UV,
+    "vertex_color": names.COLOR,
+    "tangent": names.tangent(),
+    "pointiness": names.POINTINESS,
+    "random_per_island": names.ISLAND,
+    "generated": names.GENERATED,
+}
+
+
+@contextmanager
+def readable(item, data, depsgraph):
+    """The mesh `data` of an evaluated object as one that can be read: in edit mode it is empty, and is made anew."""
+    if not data.is_editmode:
+        yield data
+        return
+    try:
+        yield item.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+    finally:
+        item.to_mesh_clear()
+
+
 def _find_attribute(mesh: Mesh, data, name: str, index: int) -> Attribute | None:
+    found = _read_attribute(mesh, data, name, index)
+    if found is None and name in DERIVED:
+        found = _derived(mesh, data, DERIVED[name], index)
+    return found
+
+
+def _derived(mesh: Mesh, data, name: str, index: int) -> Attribute | None:
+    if name == names.UV:
+        existing = mesh.attribute(_UV)
+        return existing and Attribute(index, existing.domain, existing.values)
+    if name == names.GENERATED:
+        existing = mesh.attribute(_GENERATED)
+        if existing is not None:
+            return Attribute(index, existing.domain, existing.values)
+        return Attribute(index, DOMAIN_POINT, (mesh.vertices - mesh.generated_offset) * mesh.generated_scale)
+    return _read_attribute(mesh, data, name, index)
+
+
+def _read_attribute(mesh: Mesh, data, name: str, index: int) -> Attribute | None:
     uv_map = names.tangent_uv(name)
     if uv_map is not None:
         return _tangents(mesh, data, uv_map, index)
@@ -193,7 +236,7 @@ def _read_texture_space(mesh: Mesh, data, deformed: bool) -> None:
         mesh.attributes.append(Attribute(_GENERATED, DOMAIN_POINT, values))
 
 
-_GENERATED = names.RESERVED.index(names.GENERATED)
+_UV, _GENERATED = names.RESERVED.index(names.UV), names.RESERVED.index(names.GENERATED)
 
 
 def _tangents(mesh: Mesh, data, uv_map: str, index: int) -> Attribute | None:

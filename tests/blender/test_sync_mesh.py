@@ -188,6 +188,14 @@ def test_render_color(monkey):
     check(socket("ShaderNodeVertexColor", "Color"), names.COLOR, tolerance=0.02)
 
 
+@pytest.mark.parametrize("name", ["position", "uv", "generated", "pointiness", "random_per_island", "vertex_color"])
+def test_attributes_that_cycles_makes(monkey, name):
+    colors = monkey.data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
+    colors.data.foreach_set("color", np.random.default_rng(5).random(4 * len(colors.data)))
+    monkey.modifiers.new("Displace", "DISPLACE").strength = 0.1
+    check(socket("ShaderNodeAttribute", "Vector", attribute_name=name), name, tolerance=0.01)
+
+
 @pytest.mark.parametrize("ngons", [False, True])
 def test_tangents(monkey, ngons):
     if ngons:
@@ -247,6 +255,17 @@ def test_modifiers_and_shape_keys_move_vertices(monkey):
     faces = [face.loop_total for face in monkey.data.polygons]
     monkey.modifiers.new("Subdivision", "SUBSURF").levels = 1
     assert len(read_mesh(scene, evaluated(monkey)).triangles) == 2 * sum(faces)
+
+
+def test_edit_mode(monkey):
+    """A mesh in edit mode is rendered with its modifiers, as it was when Blender last wrote the edits to it."""
+    monkey.modifiers.new("Array", "ARRAY").relative_offset_displace = (0.5, 0.0, 0.0)
+    expected = probe.rendered_scene().meshes[0]
+    bpy.ops.object.mode_set(mode="EDIT")
+    found = probe.rendered_scene().meshes[0]
+    assert len(found.triangles) == len(expected.triangles)
+    assert {a.name for a in found.attributes} == {a.name for a in expected.attributes}
+    check(socket("ShaderNodeNewGeometry", "Position"), column="p", tolerance=0.02)
 
 
 def test_byte_colours_are_linear():
