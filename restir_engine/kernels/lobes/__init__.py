@@ -8,7 +8,7 @@ from .closure import (
     LABEL_TRANSMIT,
     LABEL_TRANSPARENT,
 )
-from .dispatch import bsdf_eval, bsdf_op, bsdf_sample, plain_bsdf_op, principled_op
+from .dispatch import bsdf_eval, bsdf_op, bsdf_sample
 from .nodes import BSDF_NODES
 from .passes import bsdf_blur, bsdf_color, bsdf_has_eval, bsdf_normal, bsdf_roughness, denoise_features
 from .tables import lobe_tables
@@ -31,6 +31,4 @@ __all__ = [
     "bsdf_sample",
     "denoise_features",
     "lobe_tables",
-    "plain_bsdf_op",
-    "principled_op",
 ]

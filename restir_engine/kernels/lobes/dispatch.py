@@ -61,14 +61,7 @@ def bsdf_op(op, scene, sp, registers, code, at):
     """Run a BSDF node's instruction: append closures to `sp`, add to its transparency and emission."""
     if op == nodes.PRINCIPLED:
         principled_op(scene, sp, registers, code, at)
-    else:
-        plain_bsdf_op(op, scene, sp, registers, code, at)
-
-
-@device
-def plain_bsdf_op(op, scene, sp, registers, code, at):
-    """`bsdf_op` for every node but Principled, which is larger than all others together."""
-    if op == nodes.TRANSPARENT:
+    elif op == nodes.TRANSPARENT:
         weight, color = triple(registers, code, at), triple(registers, code, at + 1)
         add_transparent(sp, (weight[0] * color[0], weight[1] * color[1], weight[2] * color[2]))
     elif sp.ray_flags & RAY_NO_LOBES:
