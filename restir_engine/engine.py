@@ -43,7 +43,7 @@ class RestirEngine(bpy.types.RenderEngine):
             fail(self, problem)
             return
         self.update_stats("", "Reading the scene")
-        self.settings = properties.render_settings(depsgraph.scene, depsgraph.view_layer)
+        self.settings = properties.render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
         configure_cache()
         from .scene.errors import SceneError
 

@@ -168,6 +168,19 @@ def test_same_seed_same_noise_and_animated_seed_another(lit, written):
     assert np.abs(third - first).max() > 0.0
 
 
+def test_animated_settings_are_read_at_each_frame(lit, written):
+    lit.restir.film_exposure = 1.0
+    lit.restir.keyframe_insert("film_exposure", frame=1)
+    lit.restir.film_exposure = 4.0
+    lit.restir.keyframe_insert("film_exposure", frame=3)
+    means = []
+    for frame in (1, 3):
+        lit.frame_set(frame)
+        bpy.ops.render.render()
+        means.append(written[-1]["Combined"][..., :3].mean())
+    assert means[1] == pytest.approx(4.0 * means[0], rel=1e-4)
+
+
 def test_film_transparent_leaves_the_sky_out(lit, tmp_path):
     lit.render.film_transparent = True
     pixels = picture(lit, tmp_path)

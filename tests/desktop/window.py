@@ -89,11 +89,9 @@ def steps():
     viewport = areas("VIEW_3D")[0]
     viewport.ui_type = "ShaderNodeTree"
     yield 1.0
-    menus = ("NODE_MT_category_shader_shader", "NODE_MT_shader_node_shader_all")
-    menu = next(name for name in menus if hasattr(bpy.types, name))
     region = next(region for region in viewport.regions if region.type == "WINDOW")
     with bpy.context.temp_override(window=window, area=viewport, region=region):
-        bpy.ops.wm.call_menu("INVOKE_DEFAULT", name=menu)
+        bpy.ops.wm.call_menu("INVOKE_DEFAULT", name="NODE_MT_category_shader_shader")
     yield 1.0
     screenshot("shader_editor")
     subprocess.run(["xdotool", "key", "Escape"], check=True)
