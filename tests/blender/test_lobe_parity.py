@@ -15,6 +15,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
 
 from lobe_bench import Surface  # noqa: E402
 
+from restir_engine.kernels.lobes import BSDF_NODES  # noqa: E402
+
 DIFFUSE, PRINCIPLED, GLOSSY, METALLIC, GLASS, REFRACTION, TRANSLUCENT, SHEEN, TOON = (
     f"ShaderNodeBsdf{name}"
     for name in (
@@ -72,6 +74,18 @@ MATERIALS = [
     (PRINCIPLED, {"Base Color": RED, "IOR": 0.7, "Roughness": 0.4}),
     (PRINCIPLED, {"Base Color": RED, "Alpha": 0.6}),
 ]
+TILTED = (0.35, -0.25, 0.9)
+BUMPED = [
+    (DIFFUSE, {"Color": RED, "Roughness": 0.0, "Normal": TILTED}),
+    (DIFFUSE, {"Color": RED, "Roughness": 0.6, "Normal": TILTED}),
+    (GLOSSY, {"Color": RED, "Roughness": 0.4, "Normal": TILTED, "distribution": "MULTI_GGX"}),
+    (GLOSSY, {"Color": RED, "Roughness": 0.7, "Normal": TILTED, "distribution": "BECKMANN"}),
+    (TRANSLUCENT, {"Color": RED, "Normal": TILTED}),
+    (GLASS, {"Color": RED, "Roughness": 0.5, "IOR": 1.45, "Normal": TILTED}),
+    (PRINCIPLED, {"Base Color": RED, "Normal": TILTED, "Coat Weight": 0.5, "Coat Roughness": 0.3}),
+    (PRINCIPLED, {"Base Color": RED, "Coat Weight": 0.8, "Coat Roughness": 0.3, "Coat Normal": TILTED}),
+    (PRINCIPLED, {"Base Color": RED, "Metallic": 1.0, "Normal": (0.8, -0.3, 0.5), "distribution": "MULTI_GGX"}),
+]
 FIBRES = [
     (SHEEN, {"Color": BLUE, "Roughness": 0.3, "distribution": "MICROFIBER"}),
     (SHEEN, {"Color": BLUE, "Roughness": 0.7, "distribution": "MICROFIBER"}),
@@ -82,6 +96,7 @@ THIN = [
     (PRINCIPLED, {"Base Color": RED, "Transmission Weight": 1.0, "Roughness": 0.3, "Thin Wall": True}),
     (PRINCIPLED, {"Base Color": RED, "Transmission Weight": 0.6, "Roughness": 0.6, "IOR": 1.8, "Thin Wall": True}),
 ]
+MATERIALS += BUMPED
 if bpy.app.version >= (5, 2, 0):
     MATERIALS += THIN
 PIXELS = 4
@@ -103,31 +118,40 @@ def material(node_type, inputs):
             setattr(node, name, value)
             continue
         socket = node.inputs[name]
-        if socket.type == "RGBA":
+        if "Normal" in name:
+            link(tree, socket, value)
+        elif socket.type == "RGBA":
             socket.default_value = (*np.broadcast_to(value, 3), 1.0)
         else:
             socket.default_value = value
     if "Tangent" in node.inputs:
-        tangent = tree.nodes.new("ShaderNodeCombineXYZ")
-        for socket, value in zip(tangent.inputs, TANGENT, strict=True):
-            socket.default_value = value
-        tree.links.new(tangent.outputs[0], node.inputs["Tangent"])
+        link(tree, node.inputs["Tangent"], TANGENT)
     return result
 
 
-def inputs_of(mat):
-    """The BSDF node's inputs and enums as the bench takes them."""
-    node = next(n for n in mat.node_tree.nodes if n.bl_idname.startswith("ShaderNodeBsdf"))
-    from restir_engine.kernels.lobes import BSDF_NODES
+def link(tree, socket, value):
+    """Give a socket a linked vector."""
+    node = tree.nodes.new("ShaderNodeCombineXYZ")
+    for target, component in zip(node.inputs, value, strict=True):
+        target.default_value = component
+    tree.links.new(node.outputs[0], socket)
 
+
+def inputs_of(mat):
+    """The BSDF node's inputs and enums as the bench takes them; frames only where they are linked."""
+    node = next(n for n in mat.node_tree.nodes if n.bl_idname.startswith("ShaderNodeBsdf"))
     layout = BSDF_NODES[node.bl_idname]
     result = {}
     for item in layout.inputs:
         socket = node.inputs.get(item.name)
-        if socket is None or item.default in ("NORMAL", "FOLLOW_NORMAL"):
+        if socket is None:
             continue
-        value = TANGENT if item.name == "Tangent" else socket.default_value
-        result[item.name.replace(" ", "_")] = value[:3] if item.components == 3 else float(value)
+        if item.default == "VALUE":
+            value = socket.default_value
+            result[item.name.replace(" ", "_")] = value[:3] if item.components == 3 else float(value)
+            continue
+        if socket.is_linked:
+            result[item.name.replace(" ", "_")] = [s.default_value for s in socket.links[0].from_node.inputs]
     for name, _ in layout.enums:
         result[name] = getattr(node, name)
     return node.bl_idname, result
@@ -280,14 +304,14 @@ def test_albedos_are_those_of_cycles(row, tmp_path, cosine, back):
     """Under a white sky, within 1 % and six of our standard errors (Cycles' sampling has about the same).
 
     At grazing angles Cycles' sampling of Ashikhmin–Shirley does not follow its values: half vectors that face away are
-    mirrored with the wrong sign.
+    mirrored with the wrong sign. Its samples of a bumped Translucent lobe lack the shadowing that its values have.
     """
     materials, render = row
     wo = towards(cosine)
     theirs = render(wo, back, None, 1024, tmp_path)
     wrong = []
     for name, point, expected in zip(names(), surfaces(materials, wo, back), theirs, strict=True):
-        if cosine < 0.2 and "ASHIKHMIN_SHIRLEY" in name:
+        if (cosine < 0.2 and "ASHIKHMIN_SHIRLEY" in name) or ("Translucent" in name and "Normal" in name):
             continue
         mean, error = point.albedo(1024 * PIXELS * 2)
         if not (np.abs(mean - expected) <= 0.01 * np.maximum(expected, 0.05) + 6.0 * error).all():

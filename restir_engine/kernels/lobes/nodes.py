@@ -6,8 +6,7 @@ without the node's own colour), the registers of the inputs in order, then the i
 An input that is not linked has, by its `default`:
 
 * VALUE: the socket's own value, as a constant (`missing` when the running Blender has no such socket);
-* NORMAL: operand -1, the kernel takes `sp.n`; FOLLOW_NORMAL: the operand of the input "Normal" from Blender 5.0 on,
-  -1 before;
+* NORMAL: operand -1, the kernel takes `sp.n`;
 * TANGENT: a tangent that the compiler emits (the active UV map's, or radial about z without one) where the node's
   anisotropy is linked or not 0, else -1: the kernel takes any frame around the normal.
 
@@ -16,7 +15,7 @@ A linked Normal of zero length counts as `sp.n`.
 
 from typing import NamedTuple
 
-VALUE, NORMAL, FOLLOW_NORMAL, TANGENT = "VALUE", "NORMAL", "FOLLOW_NORMAL", "TANGENT"
+VALUE, NORMAL, TANGENT = "VALUE", "NORMAL", "TANGENT"
 
 # Opcodes.
 DIFFUSE = 200
@@ -82,7 +81,7 @@ BSDF_NODES: dict[str, BsdfNode] = {
             Input("Coat Roughness", 1),
             Input("Coat IOR", 1, missing=1.5),
             Input("Coat Tint", 3, missing=1.0),
-            Input("Coat Normal", 3, FOLLOW_NORMAL),
+            Input("Coat Normal", 3, NORMAL),
             Input("Sheen Weight", 1),
             Input("Sheen Roughness", 1, missing=0.5),
             Input("Sheen Tint", 3, missing=1.0),
