@@ -83,6 +83,7 @@ LAYER_WEIGHT = 65  # out (2: fresnel, facing), blend, normal or -1!
 LIGHT_FALLOFF = 66  # out (3: quadratic, linear, constant), strength, smooth
 CAMERA_DATA = 67  # out (5: view vector, depth, distance)
 VECTOR_TRANSFORM = 68  # out, index into TRANSFORM_TYPES!, from space!, to space!, vector
+WIREFRAME = 69  # out, in pixels!, offset!, width, size
 
 (
     POINT_POSITION,

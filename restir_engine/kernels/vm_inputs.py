@@ -31,16 +31,18 @@ from .vec import (
     dot,
     is_black,
     length,
+    madd,
     normalize,
     reflect,
     store3_f64,
+    sub,
     transform_normal,
     transform_point,
     transform_vector,
     vec,
 )
 from .vm_math import clamp, divide, number, triple
-from .vm_shift import barycentric_shift, shifted_attribute, shifted_position
+from .vm_shift import barycentric_shift, footprint_axes, shifted_attribute, shifted_position
 
 _FARTHEST = 3.4028234663852886e38  # Ray Length of what has no distance, as Cycles has it
 
@@ -327,6 +329,22 @@ def _attribute(scene, sp, registers, code, at):
 
 
 @device
+def _wireframe(sp, registers, code, at):
+    """1 nearer than half the size to an edge of the triangle, else 0."""
+    size = number(registers, code, at + 4)
+    if load_i32(code, at + 1):
+        a, b = footprint_axes(sp)
+        wo = vec(sp.wo)
+        size *= 0.5 * (length(madd(a, wo, -dot(a, wo))) + length(madd(b, wo, -dot(b, wo))))
+    du, dv = barycentric_shift(sp, load_i32(code, at + 2), number(registers, code, at + 3))
+    u, v = sp.u + du, sp.v + dv
+    ab, ac = vec(sp.dpdu), vec(sp.dpdv)
+    half, area = 0.5 * size, length(cross(ab, ac))  # a distance is a barycentric weight times area by the edge's length
+    near = v * area < half * length(ab) or u * area < half * length(ac)
+    return 1.0 if near or (1.0 - u - v) * area < half * length(sub(ac, ab)) else 0.0
+
+
+@device
 def input_op(op, scene, sp, registers, code, at):
     """Run one instruction of this family."""
     out = load_i32(code, at)
@@ -349,5 +367,7 @@ def input_op(op, scene, sp, registers, code, at):
         _light_falloff(sp, registers, code, at)
     elif op == ops.CAMERA_DATA:
         _camera_data(scene, sp, registers, code, at)
+    elif op == ops.WIREFRAME:
+        store_f64(registers, out, _wireframe(sp, registers, code, at) if sp.instance >= 0 else 0.0)
     elif op == ops.VECTOR_TRANSFORM:
         _vector_transform(scene, sp, registers, code, at)

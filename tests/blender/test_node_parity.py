@@ -218,6 +218,8 @@ def _input_cases():
     for blend in (0.2, 0.5, 0.8):
         yield f"layer fresnel {blend}", _one("ShaderNodeLayerWeight", {"Blend": blend}, "Fresnel")
         yield f"layer facing {blend}", _one("ShaderNodeLayerWeight", {"Blend": blend}, "Facing")
+    yield "wireframe", _one("ShaderNodeWireframe", {"Size": 0.07})
+    yield "wireframe pixels", _one("ShaderNodeWireframe", {"Size": 0.9}, use_pixel_size=True)
     yield "layer normal", _one("ShaderNodeLayerWeight", {"Normal": _paint}, "Facing")
     yield "normal node", _one("ShaderNodeNormal", {"Normal": _paint}, "Dot")
     for axis in "XYZ":

@@ -37,6 +37,10 @@ def _average(c, register: int) -> int:
     return out
 
 
+def _zeros(c, node) -> dict[str, int]:
+    return {output.identifier: c.constant((0.0, 0.0, 0.0)) for output in node.outputs}
+
+
 def _light_path(c, name: str) -> int:
     def read() -> int:
         out = c.allocate(1)
@@ -113,7 +117,7 @@ def uv_map(c, node):
 def attribute_node(c, node):
     name = node.attribute_name
     if not name:
-        return {}
+        return _zeros(c, node)
     if node.attribute_type != "GEOMETRY":
         name = names.object_property(name, node.attribute_type)
     return _attribute_outputs(c, name)
@@ -168,7 +172,7 @@ def object_info(c, node):
 def particle_info(c, node):
     if any(output.is_linked and output.identifier != "Random" for output in node.outputs):
         c.warn("particle data other than Random is zero")
-    return {"Random": lambda: _object_info(c) + 10}
+    return _zeros(c, node) | {"Random": lambda: _object_info(c) + 10}
 
 
 @node("ShaderNodeCameraData")
@@ -181,7 +185,7 @@ def camera_data(c, node):
 @node("ShaderNodeLightPath")
 def light_path(c, node):
     known = [output.identifier for output in node.outputs if output.identifier in ops.LIGHT_PATH_OUTPUTS]
-    return {name: (lambda name=name: _light_path(c, name)) for name in known}
+    return _zeros(c, node) | {name: (lambda name=name: _light_path(c, name)) for name in known}
 
 
 @node("ShaderNodeFresnel")
@@ -203,3 +207,28 @@ def light_falloff(c, node):
     out = c.allocate(3)
     c.emit(ops.LIGHT_FALLOFF, out, c.value(node, "Strength"), c.value(node, "Smooth"))
     return {"Quadratic": out, "Linear": out + 1, "Constant": out + 2}
+
+
+@node("ShaderNodeWireframe")
+def wireframe(c, node):
+    out = c.allocate(1)
+    c.emit(ops.WIREFRAME, out, node.use_pixel_size, c.offset, c.width, c.value(node, "Size"))
+    return {"Fac": out}
+
+
+@node("ShaderNodeAmbientOcclusion")
+def ambient_occlusion(c, node):
+    c.warn("ambient occlusion is not computed: nothing is occluded")
+    return {"Color": c.vector(node, "Color"), "AO": c.constant(1.0)}
+
+
+@node("ShaderNodeBevel")
+def bevel(c, node):
+    c.warn("edges are not bevelled")
+    return {"Normal": c.vector(node, "Normal")}
+
+
+@node("ShaderNodeHairInfo", "ShaderNodePointInfo")
+def strand_info(c, node):
+    c.warn("strands and points are rendered as meshes: their data is zero")
+    return _zeros(c, node)
