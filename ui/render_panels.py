@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import bpy
 
 from ..restir_engine import denoise, warning_log
@@ -39,7 +41,7 @@ class RESTIR_RENDER_PT_denoising(RestirPanel, bpy.types.Panel):
         column = self.column()
         available = denoise.find_library() is not None
         if not available:
-            column.label(text="This Blender was built without Open Image Denoise", icon="INFO")
+            draw_sentence(column, context, "This Blender was built without Open Image Denoise", "INFO")
         quality = column.column()
         quality.active = available and context.scene.restir.use_denoising
         quality.prop(context.scene.restir, "denoising_quality")
@@ -124,18 +126,15 @@ class RESTIR_RENDER_PT_warnings(RestirPanel, bpy.types.Panel):
         return super().poll(context) and bool(warning_log.lines(context.scene.name))
 
     def draw(self, context: bpy.types.Context) -> None:
-        width = max(24, int(context.region.width / (7.0 * context.preferences.system.ui_scale)))
         for line in warning_log.lines(context.scene.name):
-            column = self.layout.column(align=True)
-            for i, part in enumerate(wrapped(line, width)):
-                column.label(text=part, icon="ERROR" if i == 0 else "BLANK1")
+            draw_sentence(self.layout.column(align=True), context, line, "ERROR")
 
 
-def wrapped(text: str, width: int) -> list[str]:
-    """The text in lines of at most `width` characters, broken at spaces."""
-    import textwrap
-
-    return textwrap.wrap(text, width)
+def draw_sentence(column: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str) -> None:
+    """A sentence on as many lines as the width of the editor asks for, the icon before the first."""
+    width = max(24, int(context.region.width / (8.0 * context.preferences.system.ui_scale)))
+    for i, line in enumerate(textwrap.wrap(text, width)):
+        column.label(text=line, icon=icon if i == 0 else "BLANK1")
 
 
 class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):

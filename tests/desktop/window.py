@@ -63,7 +63,7 @@ def steps():
         screenshot("rendering")
     note(f"F12: {finished or 'no end'} after {time.monotonic() - started:.1f} s")
     assert finished == ["complete"]
-    yield 1.0
+    yield 3.0
     screenshot("rendered")
 
     finished.clear()
