@@ -15,7 +15,7 @@ from ..film import Film
 from ..kernels import rng
 from ..kernels.accumulate import add1, add3, add_hit, add_light, clamp_contribution, set3
 from ..kernels.attributes import attribute
-from ..kernels.camera import camera_ray
+from ..kernels.camera import camera_ray, camera_reach
 from ..kernels.interaction import offset_origin, surface_point
 from ..kernels.intersect import intersect, occluded
 from ..kernels.jit import device, kernel
@@ -47,6 +47,8 @@ from ..kernels.records import (
     RAY_DIFFUSE,
     RAY_GLOSSY,
     RAY_LAST,
+    RAY_NO_REFLECTION,
+    RAY_NO_REFRACTION,
     RAY_REFLECT,
     RAY_SHADOW,
     RAY_SHADOW_OPAQUE,
@@ -181,8 +183,11 @@ def trace_path(scene, camera, integrator, film, scratch):
     while True:
         o = vec(path.o)
         d = vec(path.d)
-        t, instance, primitive, u, v = intersect(scene, scratch, o, d, path.tmin, FAR, visibility(path.flags))
+        reach = camera_reach(camera, d) if path.flags & RAY_CAMERA else FAR
+        t, instance, primitive, u, v = intersect(scene, scratch, o, d, path.tmin, reach, visibility(path.flags))
         inherit(sp, path, t)
+        if path.flags & RAY_DIFFUSE:
+            sp.ray_flags |= integrator.caustics
         if scene.n_lights > 0:
             add_lamps(scene, integrator, film, scratch, path, sp, t)
         if instance < 0:
@@ -542,8 +547,9 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     r["min_bounces"] = settings.min_bounces
     r["transparent_film"] = settings.film_transparent
     r["pass_alpha_threshold"] = settings.pass_alpha_threshold
-    r["caustics_reflective"] = settings.caustics_reflective
-    r["caustics_refractive"] = settings.caustics_refractive
+    r["caustics"] = (0 if settings.caustics_reflective else RAY_NO_REFLECTION) | (
+        0 if settings.caustics_refractive else RAY_NO_REFRACTION
+    )
     # A path of n bounces still finds light by its last ray, which therefore counts.
     for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces"):
         r[name] = getattr(settings, name) + 1

@@ -93,6 +93,8 @@ RAY_SHADOW = RAY_SHADOW_OPAQUE | RAY_SHADOW_TRANSPARENT
 RAY_EMISSION = 1024  # a program is run for its emission only (a light sampled by next event estimation)
 RAY_LAST = 2048  # the path ends here: only emission and transparency are wanted
 RAY_NO_LOBES = RAY_SHADOW | RAY_EMISSION | RAY_LAST  # programs make no BSDF closures when one of these is set
+RAY_NO_REFLECTION = 4096  # caustics are off, and the ray comes from a diffuse bounce: no lobes that mirror
+RAY_NO_REFRACTION = 8192  # nor any that refract
 RAY_ALL = 1023
 
 # Shading ------------------------------------------------------------------------------------------------
@@ -358,8 +360,7 @@ INTEGRATOR = _record(
     ("clamp_indirect", 1),
     ("filter_glossy", 1),  # inf: off
     ("pass_alpha_threshold", 1),
-    "caustics_reflective",
-    "caustics_refractive",
+    "caustics",  # RAY_NO_REFLECTION, RAY_NO_REFRACTION: what is off after a diffuse bounce
 )
 FILTER_TABLE_SIZE = 1025
 

@@ -168,3 +168,20 @@ def test_no_closures_are_made_where_none_are_wanted(flag):
         )
         assert point.point["emission"] == pytest.approx(full.point["emission"])
     assert Surface("ShaderNodeBsdfGlass", direction(0.7), ray_flags=flag, distribution="GGX").kinds == []
+
+
+def test_lobes_that_make_caustics_can_be_off():
+    """After a diffuse bounce without caustics what mirrors or refracts is left out, and what lies under it stays."""
+    no_reflection, no_refraction = 8 | 4096, 8 | 8192
+    for kind in ("glossy GGX", "metal", "glossy toon"):
+        assert surface(kind, direction(0.6), 0.5, ray_flags=no_reflection).kinds == []
+        assert len(surface(kind, direction(0.6), 0.5, ray_flags=no_refraction).kinds) == 1
+    assert surface("refraction", direction(0.6), 0.5, ray_flags=no_refraction).kinds == []
+    for flags, left, right in ((no_reflection, 0.0, 1.0), (no_refraction, 1.0, 0.0)):
+        glass = surface("glass GGX", direction(0.6), 0.3, ray_flags=flags).color()
+        assert (glass[1] > 0.0).all() == bool(left) and (glass[2] > 0.0).all() == bool(right)
+    assert surface("glass GGX", direction(0.6), 0.3, ray_flags=no_reflection | no_refraction).kinds == []
+    layers = {"Coat_Weight": 1.0, "Metallic": 0.5, "Base_Color": 0.5}
+    point = Surface("ShaderNodeBsdfPrincipled", direction(0.6), ray_flags=no_reflection, **layers)
+    assert point.kinds == [1]
+    assert point.albedo(256)[0] == pytest.approx(0.25, rel=1e-6)

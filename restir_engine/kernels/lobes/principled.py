@@ -7,7 +7,7 @@ import math
 
 from ..jit import device
 from ..memory import load_i32
-from ..records import RAY_NO_LOBES, RAY_SHADOW, closure_at
+from ..records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, RAY_SHADOW, closure_at
 from ..vec import add, dot, is_black, lerp, mul, normalize, put, scale, vec
 from ..vm_math import clamp, number, triple
 from .albedo import cover, layer_under, microfacet_albedo, preserve_energy
@@ -100,7 +100,9 @@ def _coat(scene, sp, registers, code, at, coat, n, weight):
     ior = max(number(registers, code, at + _COAT_IOR), 1.0)
     roughness = clamp(number(registers, code, at + _COAT_ROUGHNESS), 0.0, 1.0)
     alpha = roughness * roughness
-    i = add_microfacets(sp, LOBE_REFLECTION, scale(weight, coat), n, n, alpha, alpha, ior, GGX)
+    i = -1
+    if sp.ray_flags & RAY_NO_REFLECTION == 0:
+        i = add_microfacets(sp, LOBE_REFLECTION, scale(weight, coat), n, n, alpha, alpha, ior, GGX)
     if i >= 0:
         c = closure_at(sp.closures, i)
         c.p[P_FRESNEL] = FRESNEL_DIELECTRIC
@@ -135,8 +137,10 @@ def _body(scene, sp, registers, code, at, n, weight, thin):
 
     metallic = clamp(number(registers, code, at + _METALLIC), 0.0, 1.0)
     if metallic > WEIGHT_CUTOFF:
-        metal = scale(weight, metallic)
-        i = add_microfacets(sp, LOBE_REFLECTION, metal, valid, t, alpha_x, alpha_y, 1.0, GGX)
+        i = -1
+        if sp.ray_flags & RAY_NO_REFLECTION == 0:
+            metal = scale(weight, metallic)
+            i = add_microfacets(sp, LOBE_REFLECTION, metal, valid, t, alpha_x, alpha_y, 1.0, GGX)
         if i >= 0:
             set_f82(tables, closure_at(sp.closures, i), wo, clamped, lower(tint, 1.0), multiple)
         weight = scale(weight, 1.0 - metallic)
@@ -155,6 +159,13 @@ def _body(scene, sp, registers, code, at, n, weight, thin):
 @device
 def _transmission(tables, sp, weight, n, roughness, ior, tint, color, multiple, thin):
     """Glass, solid or as a thin sheet; the colour counts once for the way in and out of a solid."""
+    mirrored, half = (1.0, 1.0, 1.0), (math.sqrt(color[0]), math.sqrt(color[1]), math.sqrt(color[2]))
+    if sp.ray_flags & RAY_NO_REFLECTION:
+        mirrored = (0.0, 0.0, 0.0)
+    if sp.ray_flags & RAY_NO_REFRACTION:
+        half = (0.0, 0.0, 0.0)
+        if is_black(mirrored):
+            return
     alpha = roughness * roughness
     if thin:
         add_thin_glass(tables, sp, weight, n, alpha, ior, tint, color)
@@ -162,9 +173,8 @@ def _transmission(tables, sp, weight, n, roughness, ior, tint, color, multiple, 
     eta = 1.0 / ior if sp.backfacing else ior
     i = add_microfacets(sp, LOBE_GLASS, weight, n, n, alpha, alpha, eta, GGX)
     if i >= 0:
-        half = (math.sqrt(color[0]), math.sqrt(color[1]), math.sqrt(color[2]))
         c = closure_at(sp.closures, i)
-        set_schlick(tables, c, vec(sp.wo), scale(tint, f0_from_ior(ior)), (1.0, 1.0, 1.0), half, multiple)
+        set_schlick(tables, c, vec(sp.wo), scale(tint, f0_from_ior(ior)), mirrored, half, multiple)
 
 
 @device
@@ -176,7 +186,7 @@ def _specular(tables, sp, weight, n, t, alpha_x, alpha_y, ior, level, tint, mult
         eta = ior_from_f0(f0)
         if ior < 1.0:
             eta = 1.0 / eta
-    if eta == 1.0:
+    if eta == 1.0 or sp.ray_flags & RAY_NO_REFLECTION:
         return weight
     i = add_microfacets(sp, LOBE_REFLECTION, weight, n, t, alpha_x, alpha_y, eta, GGX)
     if i < 0:

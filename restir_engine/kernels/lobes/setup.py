@@ -2,7 +2,7 @@
 
 from ..jit import device
 from ..memory import load_i32
-from ..records import RAY_NO_LOBES, closure_at
+from ..records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, closure_at
 from ..vec import add, average, is_black, mul, normalize, put, vec
 from ..vm_math import clamp, number, triple
 from .albedo import microfacet_albedo, preserve_energy
@@ -178,6 +178,8 @@ def add_transparent(sp, weight):
 @device
 def glossy_op(scene, sp, registers, code, at):
     """Glossy BSDF: colour, roughness, anisotropy, rotation, normal, tangent; distribution."""
+    if sp.ray_flags & RAY_NO_REFLECTION:
+        return
     color = triple(registers, code, at + 1)
     alpha = clamp(number(registers, code, at + 2), 0.0, 1.0)
     alpha *= alpha
@@ -201,6 +203,8 @@ def glossy_op(scene, sp, registers, code, at):
 @device
 def metallic_op(scene, sp, registers, code, at):
     """Metallic BSDF: colour, edge tint, n, k, roughness, anisotropy, rotation, normal, tangent; distribution, model."""
+    if sp.ray_flags & RAY_NO_REFLECTION:
+        return
     roughness = clamp(number(registers, code, at + 5), 0.0, 1.0)
     alpha_x, alpha_y = principled_alpha(roughness, clamp(number(registers, code, at + 6), 0.0, 1.0))
     bumped = normal_input(sp, registers, code, at + 8)
@@ -235,19 +239,27 @@ def _interface(sp, kind, weight, registers, code, at, ior, distribution):
 @device
 def glass_op(scene, sp, registers, code, at):
     """Glass BSDF: colour, roughness, IOR, normal; distribution."""
-    color = positive(triple(registers, code, at + 1))
+    mirrored = refracted = positive(triple(registers, code, at + 1))
+    if sp.ray_flags & RAY_NO_REFLECTION:
+        mirrored = (0.0, 0.0, 0.0)
+    if sp.ray_flags & RAY_NO_REFRACTION:
+        refracted = (0.0, 0.0, 0.0)
+    if is_black(mirrored) and is_black(refracted):
+        return
     ior = max(number(registers, code, at + 3), 1e-5)
     distribution = load_i32(code, at + 5)
     i = _interface(sp, LOBE_GLASS, triple(registers, code, at), registers, code, at, ior, distribution)
     if i >= 0:
         f0 = f0_from_ior(ior)
         c = closure_at(sp.closures, i)
-        set_schlick(scene.lobe_tables, c, vec(sp.wo), (f0, f0, f0), color, color, distribution == MULTI_GGX)
+        set_schlick(scene.lobe_tables, c, vec(sp.wo), (f0, f0, f0), mirrored, refracted, distribution == MULTI_GGX)
 
 
 @device
 def refraction_op(sp, registers, code, at):
     """Refraction BSDF: colour, roughness, IOR, normal; distribution."""
+    if sp.ray_flags & RAY_NO_REFRACTION:
+        return
     weight = mul(triple(registers, code, at), triple(registers, code, at + 1))
     ior = max(number(registers, code, at + 3), 1e-5)
     _interface(sp, LOBE_REFRACTION, weight, registers, code, at, ior, load_i32(code, at + 5))
@@ -283,7 +295,10 @@ def sheen_op(scene, sp, registers, code, at):
 @device
 def toon_op(sp, registers, code, at):
     """Toon BSDF: colour, size, smooth, normal; component."""
+    glossy = load_i32(code, at + 5) == 1
+    if glossy and sp.ray_flags & RAY_NO_REFLECTION:
+        return
     weight = mul(triple(registers, code, at), triple(registers, code, at + 1))
     n = normal_input(sp, registers, code, at + 4)
     size, smooth = number(registers, code, at + 2), number(registers, code, at + 3)
-    add_toon(sp, weight, n, size, smooth, load_i32(code, at + 5) == 1)
+    add_toon(sp, weight, n, size, smooth, glossy)
