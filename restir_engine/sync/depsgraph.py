@@ -138,7 +138,9 @@ class _Reader:
             flags=flags,
             object_index=item.pass_index,
             random=name_random(item.name),
-            color=tuple(item.color),
+            # Instances have the colour of their instancer; `object` tells it only while Python holds no other
+            # reference to the object that is instanced.
+            color=tuple((instance.parent or item).color),
             particles=instance.is_instance and instance.particle_system is not None,
             attributes=self._properties(instance),
         )
