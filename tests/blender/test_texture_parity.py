@@ -13,7 +13,7 @@ from node_parity import add_node, compare
 
 SMOOTH = 2e-4  # textures at the points that rays hit: Cycles' sample lies up to 0.005 pixels off the middle
 SNAPPED = 5e-5  # float32 noise sums against ours at equal coordinates
-HALF = 2e-3  # Cycles converts other colour spaces in half precision
+HALF = 4e-3  # Cycles converts other colour spaces in half precision
 
 NOISES = ("MULTIFRACTAL", "RIDGED_MULTIFRACTAL", "HYBRID_MULTIFRACTAL", "FBM", "HETERO_TERRAIN")
 DIMENSIONS = ("1D", "2D", "3D", "4D")
@@ -46,7 +46,8 @@ def case(identifier, output=0, inputs=None, scale=1.0, exact=True, **settings):
 def check(cases, tolerance, **kwargs):
     wrong = {}
     for name, parity in compare(cases, **kwargs).items():
-        assert np.ptp(parity.cycles) > 0.0 or "flat" in name, f"{name}: nothing to compare"
+        if np.ptp(parity.cycles) == 0.0 and "flat" not in name:
+            wrong[name] = "nothing to compare"
         if not parity.error <= tolerance:
             wrong[name] = parity.error
     assert not wrong, wrong
@@ -59,7 +60,7 @@ def test_noise():
         "fraction of an octave": make(inputs={"Detail": 2.5}),
         "no roughness": make(inputs={"Detail": 2.5, "Roughness": 0.0}),
         "fifteen octaves": make(inputs={"Detail": 15.0, "Roughness": 1.0}),
-        "far away": make(inputs={"Scale": 300000.0}),
+        "far away": make(inputs={"Scale": 300000.7}),
         "distorted": make(inputs={"Distortion": 0.8}),
         "colour": make("Color", inputs={"Scale": 7.0, "Detail": 0.0}),
     }
@@ -101,7 +102,7 @@ def test_patterns():
     cases = {}
     for output in ("Color", "Fac"):
         cases[f"checker {output}"] = case("ShaderNodeTexChecker", output, {"Scale": 5.0})
-        cases[f"brick {output}"] = case("ShaderNodeTexBrick", output, {"Scale": 3.0, "Mortar Size": 0.1})
+        cases[f"brick {output}"] = case("ShaderNodeTexBrick", output, {"Scale": 3.0, "Mortar Size": 0.03}, 3.3)
         cases[f"brick squashed {output}"] = case(
             "ShaderNodeTexBrick",
             output,
@@ -150,6 +151,7 @@ def test_mapping_of_the_node_itself():
     def mapped(**settings):
         def build(tree):
             node = add_node(tree, "ShaderNodeTexGradient", gradient_type="DIAGONAL")
+            node.color_mapping.brightness = 1.7  # which Cycles ignores
             tree.links.new(snapped(tree), node.inputs["Vector"])
             for key, setting in settings.items():
                 setattr(node.texture_mapping, key, setting)
@@ -244,7 +246,7 @@ def test_images_with_alpha(tmp_path):
                     image = new_image(alpha=True, is_float=is_float, scale=3.0 if is_float else 1.0)
                     if storage != "generated":
                         image = saved_image(path, True, is_float, 3.0 if is_float else 1.0)
-                    image.colorspace_settings.name = "Linear Rec.709" if is_float else "sRGB"
+                        image.colorspace_settings.name = "Linear Rec.709" if is_float else "sRGB"
                     image.alpha_mode = mode
                     if storage == "packed":
                         image.pack()

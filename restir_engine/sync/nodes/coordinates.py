@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...kernels.textures import mapping
 from ...kernels.textures import opcodes as ops
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
@@ -17,11 +16,8 @@ def texture_vector(c, node) -> int:
     table = mapping_table(node.texture_mapping)
     if table is None:
         return vector
-    flags = mapping.NORMALIZE if node.texture_mapping.vector_type == "NORMAL" else 0
-    flags |= mapping.USE_MINIMUM if node.texture_mapping.use_min else 0
-    flags |= mapping.USE_MAXIMUM if node.texture_mapping.use_max else 0
     out = c.allocate(3)
-    c.emit(ops.TEXTURE_MAPPING, out, vector, c.table(table), flags)
+    c.emit(ops.TEXTURE_MAPPING, out, vector, c.table(table), int(node.texture_mapping.vector_type == "NORMAL"))
     return out
 
 
@@ -35,7 +31,7 @@ def _projection(texture_mapping) -> Matrix:
 
 
 def mapping_table(texture_mapping) -> np.ndarray | None:
-    """Rows of the 3x4 matrix, minimum and maximum of a TexMapping; None where it changes nothing."""
+    """The 3x4 matrix of a TexMapping, None where it changes nothing. Cycles ignores its limits, so we do."""
     kind = texture_mapping.vector_type
     scale = Vector(texture_mapping.scale)
     if kind in ("TEXTURE", "NORMAL"):  # they divide by it
@@ -51,8 +47,6 @@ def mapping_table(texture_mapping) -> np.ndarray | None:
     else:
         matrix = turn.inverted().transposed()
     matrix = matrix @ _projection(texture_mapping)
-    limited = texture_mapping.use_min or texture_mapping.use_max
-    if kind != "NORMAL" and not limited and matrix == Matrix.Identity(4):
+    if kind != "NORMAL" and matrix == Matrix.Identity(4):
         return None
-    rows = [matrix[row][column] for row in range(3) for column in range(4)]
-    return np.array([*rows, *texture_mapping.min, *texture_mapping.max], np.float32)
+    return np.array([matrix[row][column] for row in range(3) for column in range(4)], np.float32)
