@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 import bpy
 
 from ..kernels import opcodes as ops
@@ -9,6 +11,8 @@ from ..kernels.lobes.nodes import DIFFUSE
 from ..kernels.records import MATERIAL_VARYING_EMISSION
 from ..scene.shaders import Program
 from .nodes import Compiler
+
+log = logging.getLogger(__name__)
 
 _EMISSION_SAMPLING = {"NONE": 0, "AUTO": 1, "FRONT": 2, "BACK": 3, "FRONT_BACK": 4}
 _DEFAULT_COLOR = (0.8, 0.8, 0.8)  # of a slot without a material, as Cycles has it
@@ -34,7 +38,7 @@ class Materials:
         if not _has_nodes(light):
             return -1
         compiler = Compiler(self._scene, "Light", light.name)
-        program = compiler.compile(light.node_tree)
+        program = self._compiled(compiler, light.node_tree)
         constant = not program.flags & MATERIAL_VARYING_EMISSION
         if constant and all(abs(x - 1.0) < 1e-6 for x in program.emission_estimate):
             return -1
@@ -55,7 +59,7 @@ class Materials:
             compiler = Compiler(self._scene, "Material", material.name)
             compiler.transparent_shadows = material.use_transparent_shadow
             compiler.displaces = material.displacement_method != "BUMP"
-            program = compiler.compile(material.node_tree)
+            program = self._compiled(compiler, material.node_tree)
         program.pass_index = material.pass_index
         settings = getattr(material, "cycles", None)
         program.emission_sampling = _EMISSION_SAMPLING.get(getattr(settings, "emission_sampling", "AUTO"), 1)
@@ -64,7 +68,16 @@ class Materials:
     def _world(self, world) -> Program:
         if not _has_nodes(world):
             return self._plain(tuple(world.color), ops.EMISSION)
-        return Compiler(self._scene, "World", world.name).compile(world.node_tree)
+        return self._compiled(Compiler(self._scene, "World", world.name), world.node_tree)
+
+    def _compiled(self, compiler: Compiler, tree: bpy.types.NodeTree) -> Program:
+        """The tree's program; a tree that defeats a converter is no reason to stop a render."""
+        try:
+            return compiler.compile(tree)
+        except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
+            log.exception("%s %r could not be compiled", compiler.kind, compiler.name)
+            compiler.warn(f"cannot be read ({error}), it is rendered in plain colour")
+            return self._plain(_DEFAULT_COLOR, DIFFUSE if compiler.kind == "Material" else ops.EMISSION)
 
     def _plain(self, color: tuple[float, float, float], opcode: int) -> Program:
         """A program of one colour that is scattered or emitted."""

@@ -10,6 +10,7 @@ from restir_engine.scene.scene import Scene
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
 from restir_engine.sync.materials import Materials
+from restir_engine.sync.nodes.registry import NODES
 
 TOLERANCE = 2e-4
 
@@ -220,6 +221,28 @@ def test_flags_and_estimate_of_emission():
 
     black, _ = _compile(lambda tree: add_node(tree, "ShaderNodeEmission", inputs={"Strength": 0.0}).outputs[0])
     assert not black.flags & rec.MATERIAL_EMITS
+
+
+def test_a_volume_without_surface_is_transparent():
+    material = bpy.data.materials.new("Fog")
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(add_node(tree, "ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+    scene = Scene()
+    program = scene.shaders[Materials(scene).index(material)]
+    assert program.flags == rec.MATERIAL_TRANSPARENT and len(scene.warnings) == 1
+
+
+def test_a_tree_that_defeats_a_converter_is_rendered_plain(monkeypatch):
+    def broken(c, node):
+        raise KeyError("Surprise")
+
+    monkeypatch.setitem(NODES, "ShaderNodeMath", broken)
+    program, warnings = _compile(lambda tree: add_node(tree, "ShaderNodeMath").outputs[0])
+    assert len(program.code) and len(warnings) == 1 and "Math" in warnings[0] and "Surprise" in warnings[0]
 
 
 def test_subsurface_is_announced():
