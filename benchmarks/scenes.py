@@ -1,0 +1,94 @@
+"""What the benchmarks render."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+
+from tests.images import kit, render
+from tests.images.registry import Scene
+
+
+def diffuse() -> None:
+    """Suzanne, smooth and subdivided, on a floor, diffuse, under one area light."""
+    kit.floor()
+    monkey = kit.put("monkey", kit.diffuse((0.8, 0.5, 0.3)), (0.0, 0.0, 1.0))
+    monkey.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
+    kit.lamp(500)
+    kit.world(lambda node: node("Background", Strength=0.0))
+
+
+def _textures(count: int = 10, size: int = 256) -> list[bpy.types.Image]:
+    """Images of smooth random colours."""
+    random = np.random.default_rng(7)
+    coarse = random.random((count, size // 8, size // 8, 3)).repeat(8, 1).repeat(8, 2)
+    alpha = np.ones((size, size, 1))
+    return [kit.image(f"Texture {i}", np.concatenate([values, alpha], 2)) for i, values in enumerate(coarse)]
+
+
+# Materials by the BSDF node and the inputs that the texture does not give.
+LOBES: tuple[tuple[str, dict], ...] = (
+    ("BsdfDiffuse", dict(Roughness=0.5)),
+    ("BsdfPrincipled", dict(Roughness=0.4, Coat_Weight=1.0, Coat_Roughness=0.1, Sheen_Weight=0.5)),
+    ("BsdfPrincipled", dict(Metallic=1.0, Roughness=0.3, Anisotropic=0.6)),
+    ("BsdfPrincipled", dict(Transmission_Weight=0.8, Roughness=0.2)),
+    ("BsdfGlass", dict(Roughness=0.0)),
+    ("BsdfAnisotropic", dict(Roughness=0.3, distribution="BECKMANN")),
+    ("BsdfTranslucent", {}),
+    ("BsdfToon", dict(Size=0.6, Smooth=0.2)),
+    ("BsdfSheen", dict(Roughness=0.5)),
+    ("BsdfRefraction", dict(Roughness=0.2, IOR=1.3)),
+)
+
+
+def all_lobes() -> None:
+    """Ten objects, each with another BSDF and an image texture of its own, under an HDRI and an area light."""
+    for i, (picture, (kind, inputs)) in enumerate(zip(_textures(), LOBES, strict=True)):
+
+        def build(node, picture=picture, kind=kind, inputs=inputs):
+            color = "Base_Color" if kind == "BsdfPrincipled" else "Color"
+            return node(kind, **{color: node("TexImage", image=picture)}, **inputs)
+
+        if i == 0:
+            kit.floor(kit.material(build))
+        else:
+            kit.put("ball", kit.material(build), (-2.6 + 1.3 * ((i - 1) % 5), 0.7 - 1.5 * ((i - 1) // 5), 0.6), 0.6)
+    kit.lamp()
+    kit.hdri("courtyard", 1.0)
+
+
+def million_triangles() -> None:
+    """A wavy grid of 708 × 708 quadrilaterals, 1,002,528 triangles, smooth, with UVs."""
+    n = 709
+    y, x = np.mgrid[0:n, 0:n].astype(np.float32) / (n - 1) - 0.5
+    z = 0.04 * np.sin(40 * x) * np.cos(30 * y)
+    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.stack([corner, corner + 1, corner + n + 1, corner + n], 1).astype(np.int32)
+    mesh = bpy.data.meshes.new("Waves")
+    mesh.vertices.add(n * n)
+    mesh.vertices.foreach_set("co", (8 * np.stack([x, y, z], 2)).ravel())
+    mesh.loops.add(faces.size)
+    mesh.loops.foreach_set("vertex_index", faces.ravel())
+    mesh.polygons.add(len(faces))
+    mesh.polygons.foreach_set("loop_start", np.arange(0, faces.size, 4, dtype=np.int32))
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(faces), bool))
+    uv = mesh.uv_layers.new(name="UVMap")
+    uv.data.foreach_set("uv", np.stack([x, y], 2).reshape(-1, 2)[faces.ravel()].ravel() + np.float32(0.5))
+    mesh.update(calc_edges=True)
+    mesh.materials.append(kit.diffuse())
+    kit.add(mesh)
+    kit.lamp()
+
+
+def _scene(build: Callable[[], None], size: tuple[int, int], bounces: int) -> Scene:
+    limits = dict.fromkeys(("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"), bounces)
+    return Scene(build.__name__, build, 0, 1, size, limits)
+
+
+def prepare(name: str, size: tuple[int, int] = (640, 360)) -> None:
+    """Build the scene of this name in an empty file."""
+    builds = {"diffuse": (diffuse, 4), "all_lobes": (all_lobes, 8), "million_triangles": (million_triangles, 4)}
+    build, bounces = builds[name]
+    render.prepare(_scene(build, size, bounces))
