@@ -1,7 +1,7 @@
 """Files that strangers made: each opens, renders to something sensible, and leaves no NaN.
 
-They need RESTIR_ASSETS, a folder with a subfolder `blend`. `python -m tests.blender.test_strangers OUT` writes a picture
-of each, Cycles above ReSTIR.
+They need RESTIR_ASSETS, a folder with a subfolder `blend`. `python -m tests.blender.test_strangers OUT` writes a
+picture of each, Cycles above ReSTIR.
 """
 
 import math
