@@ -77,7 +77,7 @@ class RESTIR_LIGHT_PT_nodes(RestirPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         light, layout = context.light, self.layout
         layout.use_property_split = True
-        if not light.use_nodes:
+        if bpy.app.version < (5, 0, 0) and not light.use_nodes:
             layout.prop(light, "use_nodes", icon="NODETREE")
             return
         output = light.node_tree.get_output_node("CYCLES")

@@ -74,8 +74,9 @@ def draw(panel, **context) -> list[str]:
 def owners() -> dict[str, dict]:
     """Contexts in which panels of each tab show, by what the tab is about."""
     lights = [bpy.data.lights.new(kind.title(), kind) for kind in ("POINT", "SUN", "SPOT", "AREA")]
-    for light in lights[:2]:
-        light.use_nodes = True
+    if bpy.app.version < (5, 0, 0):
+        for light in lights[:2]:
+            light.use_nodes = True
     camera = bpy.data.cameras.new("Camera")
     camera.type = "PANO"
     mesh = bpy.data.objects.new("Mesh", bpy.data.meshes.new("Mesh"))
