@@ -73,6 +73,7 @@ INSTANCE = _record(
     ("dupli_generated", 3),  # the instancer's texture coordinates
     ("dupli_uv", 2),
     ("particle", 1),  # particle random, 0 when there is none
+    ("terminator", 1),  # cosine below which shadow rays start above smooth triangles, see interaction.shadow_origin
 )
 INSTANCE_MIRRORED = 1  # the matrix has a negative determinant
 INSTANCE_HOLDOUT = 2
@@ -233,6 +234,7 @@ EMITTER = _record(  # an instance with emissive triangles
 )
 
 LIGHT_TABLE = _record(
+    "entries",  # int64, addresses of code by kind of light: kernels.lights.entries
     "n_local",  # lights 0 … n_local have a place, the others are suns
     "n_targets",
     "targets",  # float64 [n_targets, 5]: bounding sphere (centre, radius²) and index of the lamps that rays may find

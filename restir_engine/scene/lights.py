@@ -6,6 +6,7 @@ import numpy as np
 
 from ..kernels import records as rec
 from ..kernels.lights.build import build_alias, measure_emission
+from ..kernels.lights.entries import light_entries
 from ..kernels.memory import address
 from .lamps import LUMINANCE
 
@@ -96,6 +97,8 @@ class LightTable:
             shares = (1.0 - _FLAT) * shares / shares.sum() + _FLAT * roots / roots.sum()
         for name, share in zip(("lamps", "triangles", "world"), shares, strict=True):
             self._record[0][name] = share
+        kinds = np.unique(self.lamps["kind"])
+        self._share(self._record[0], "entries", light_entries(kinds, triangles > 0.0, world > 0.0))
         scene.record["light_table"] = address(self._record)
 
     def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
@@ -124,9 +127,10 @@ class LightTable:
         table["n_targets"] = len(found)
         self._share(table, "targets", np.ascontiguousarray(targets))
         weights = lamps["importance"] / self._distances(scene, lamps) ** 2
-        alias = AliasTable(weights + 0.05 * weights.mean())
-        self._share(table, "lamp_alias", alias.table)
-        self._share(table, "lamp_probabilities", alias.probabilities)
+        if not table["by_importance"]:
+            alias = AliasTable(weights + 0.05 * weights.mean())
+            self._share(table, "lamp_alias", alias.table)
+            self._share(table, "lamp_probabilities", alias.probabilities)
         return float(weights.sum())
 
     @staticmethod

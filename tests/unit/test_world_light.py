@@ -173,9 +173,9 @@ def test_million_triangles():
     i = (np.arange(500)[:, None] * (n + 1) + np.arange(n)).ravel()
     triangles = np.concatenate([np.stack([i, i + 1, i + n + 2], 1), np.stack([i, i + n + 2, i + n + 1], 1)])
     scene = mesh_scene(vertices, triangles, emission_program(WHITE))
-    start = time.perf_counter()
+    start = time.process_time()
     scene.lights.commit(scene)
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
     flat = QUAD * [1.0, 2.0, 1.0]
     close(irradiance(scene, (0, 0, 0), UP, 5000), polygon_irradiance(flat, np.zeros(3), np.array(UP)), 0.01)
 

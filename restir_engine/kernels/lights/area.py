@@ -22,6 +22,12 @@ def _axes(light):
 
 
 @device
+def normal_of(light):
+    """The direction in which the lamp shines."""
+    return (light.p[8], light.p[9], light.p[10])
+
+
+@device
 def _height(light, o):
     """(u, v, height) of o in the frame of the lamp."""
     a, b, n = _axes(light)

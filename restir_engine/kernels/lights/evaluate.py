@@ -2,21 +2,22 @@
 
 from ..emission import off_surface, run_emission, shadow_point, visible_to
 from ..jit import device
-from ..memory import load_f64
+from ..memory import call_entry, load_f64, load_i64, record_address
 from ..records import (
     LIGHT_AREA,
     LIGHT_HITTABLE,
-    LIGHT_SPHERE,
-    LIGHT_SUN,
     RAY_CAMERA,
+    SCRATCH_LIGHT_SAMPLE,
     light_at,
+    light_sample_at,
     light_table_at,
 )
-from ..vec import dot, load3_f64, madd, mul, neg, normalize, scale, sub, vec
-from .area import area_pdf, area_uv, intersect_area, spread_factor
-from .ball import ball_pdf, ball_uv, falloff, intersect_ball
+from ..vec import dot, load3_f64, mul, put, scale, sub, vec
+from .area import intersect_area
+from .ball import intersect_ball
+from .entries import SEEN
 from .select import lamp_probability
-from .sun import in_sun, sun_pdf, sun_uv
+from .sun import in_sun
 
 
 @device
@@ -67,34 +68,23 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
     """(red, green, blue, pdf): what a lamp that the ray met at t adds, and light_sample's density for d from o.
 
     sp is the path's state: sp.receiver is that of light_sample at o, sp.depth counts the bounces of this ray
-    (light_sample for it was asked at one less).
+    (light_sample for it was asked at one less). Overwrites the LIGHT_SAMPLE in scratch.
     """
     light = light_at(scene.lights, index)
     if sp.depth > light.max_bounces + 1:
         return 0.0, 0.0, 0.0, 0.0
-    p = madd(o, d, t)
-    factor = 1.0
-    if light.kind == LIGHT_SUN:
-        p = d
-        ng = neg(d)
-        pdf = sun_pdf(light)
-        u, v = sun_uv(light, d)
-    elif light.kind == LIGHT_AREA:
-        ng = (float(light.p[8]), float(light.p[9]), float(light.p[10]))
-        factor = spread_factor(light, -dot(d, ng))
-        pdf = area_pdf(light, o, d, t)
-        u, v = area_uv(light, p)
-    else:
-        ng = normalize(sub(p, vec(light.center))) if light.flags & LIGHT_SPHERE else neg(d)
-        factor = falloff(light, o, d)
-        pdf = ball_pdf(light, o, d, t)
-        u, v = ball_uv(light, ng, d)
-    if factor <= 0.0:
+    table = light_table_at(scene.light_table, 0)
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    put(ls.p, o)
+    put(ls.wi, d)
+    ls.distance = t
+    call_entry(load_i64(table.entries, SEEN + light.kind), record_address(light), record_address(ls), 0, 0, 0)
+    if ls.radiance[0] <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    radiance = scale(vec(light.strength), factor)
+    radiance = scale(vec(light.strength), float(ls.radiance[0]))
     if light.material >= 0:
         point = shadow_point(scratch, sp)
-        off_surface(point, light.material, index, p, ng, d, t, u, v)
+        off_surface(point, light.material, index, vec(ls.p), vec(ls.ng), d, t, float(ls.uv[0]), float(ls.uv[1]))
         radiance = mul(radiance, run_emission(scene, point))
-    chosen = light_table_at(scene.light_table, 0).lamps * lamp_probability(scene, o, vec(sp.receiver), index)
-    return radiance[0], radiance[1], radiance[2], pdf * chosen
+    chosen = table.lamps * lamp_probability(scene, o, vec(sp.receiver), index)
+    return radiance[0], radiance[1], radiance[2], ls.pdf * chosen

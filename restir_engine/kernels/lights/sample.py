@@ -2,49 +2,42 @@
 
 from ..emission import off_surface, run_emission, shadow_point
 from ..jit import device
+from ..memory import call_entry, load_i64, record_address
 from ..records import (
-    LIGHT_AREA,
     LIGHT_DELTA,
     LIGHT_NO_SHADOW,
     LIGHT_SAMPLE_DELTA,
     LIGHT_SAMPLE_NO_SHADOW,
-    LIGHT_SUN,
     SCRATCH_LIGHT_SAMPLE,
     light_at,
     light_sample_at,
     light_table_at,
 )
 from ..vec import mul, put, scale, vec
-from ..world import sample_world
-from .area import sample_area
-from .ball import sample_ball
+from .entries import SAMPLE, SAMPLE_TRIANGLE, SAMPLE_WORLD
 from .select import choose_lamp, set_receiver
-from .sun import sample_sun
-from .triangle import sample_triangle
 
 
 @device
-def _sample_lamp(scene, sp, scratch, o, u0, u1, u2, ls):
-    i, probability = choose_lamp(scene, o, vec(sp.receiver), u2)
+def _sample_lamp(scene, table, sp, scratch, u, ls):
+    """Choose a lamp by u and a point by ls.uv; ls.pdf leaves out the choice between lamps, triangles and world."""
+    o = vec(sp.p)
+    i, probability = choose_lamp(scene, o, vec(sp.receiver), u)
     if probability <= 0.0:
         return False
     light = light_at(scene.lights, i)
     if sp.depth > light.max_bounces:
         return False
-    if light.kind == LIGHT_AREA:
-        factor = sample_area(light, o, u0, u1, ls)
-    elif light.kind == LIGHT_SUN:
-        factor = sample_sun(light, u0, u1, ls)
-    else:
-        factor = sample_ball(light, o, u0, u1, ls)
+    put(ls.p, o)
+    call_entry(load_i64(table.entries, SAMPLE + light.kind), record_address(light), record_address(ls), 0, 0, 0)
+    factor = ls.radiance[0]
     if factor <= 0.0:
         return False
     radiance = scale(vec(light.strength), factor)
     if light.material >= 0:
         point = shadow_point(scratch, sp)
-        off_surface(
-            point, light.material, i, vec(ls.p), vec(ls.ng), vec(ls.wi), ls.distance, float(ls.uv[0]), float(ls.uv[1])
-        )
+        u, v = float(ls.uv[0]), float(ls.uv[1])
+        off_surface(point, light.material, i, vec(ls.p), vec(ls.ng), vec(ls.wi), ls.distance, u, v)
         radiance = mul(radiance, run_emission(scene, point))
     ls.light = i
     ls.flags = (LIGHT_SAMPLE_DELTA if light.flags & LIGHT_DELTA else 0) | (
@@ -59,6 +52,14 @@ def _sample_lamp(scene, sp, scratch, o, u0, u1, u2, ls):
 
 
 @device
+def _sample_by(entry, scene, sp, scratch, u, ls):
+    """Let an entry fill ls; u chooses within its kind of light."""
+    ls.distance = u
+    call_entry(entry, record_address(scene), record_address(sp), scratch, 0, 0)
+    return ls.pdf > 0.0
+
+
+@device
 def light_sample(scene, sp, scratch, u0, u1, u2):
     """Choose a light and a point or direction on it for sp.p, and fill the LIGHT_SAMPLE in scratch.
 
@@ -69,17 +70,20 @@ def light_sample(scene, sp, scratch, u0, u1, u2):
         return False
     table = light_table_at(scene.light_table, 0)
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    o = vec(sp.p)
     set_receiver(scene, sp)
+    ls.uv[0] = u0
+    ls.uv[1] = u1
     if u2 < table.lamps:
-        done = _sample_lamp(scene, sp, scratch, o, u0, u1, u2 / table.lamps, ls)
         share = float(table.lamps)
+        done = _sample_lamp(scene, table, sp, scratch, u2 / share, ls)
     elif u2 < table.lamps + table.triangles:
-        done = sample_triangle(scene, sp, scratch, o, u0, u1, (u2 - table.lamps) / table.triangles, ls)
         share = float(table.triangles)
+        u = (u2 - table.lamps) / share
+        done = _sample_by(load_i64(table.entries, SAMPLE_TRIANGLE), scene, sp, scratch, u, ls)
     elif table.world > 0.0:
-        done = sample_world(scene, sp, scratch, u0, u1, (u2 - table.lamps - table.triangles) / table.world, ls)
         share = float(table.world)
+        u = (u2 - table.lamps - table.triangles) / share
+        done = _sample_by(load_i64(table.entries, SAMPLE_WORLD), scene, sp, scratch, u, ls)
     else:
         return False
     ls.pdf *= share
