@@ -16,7 +16,7 @@ from ..kernels import rng
 from ..kernels.accumulate import add1, add3, add_hit, add_light, clamp_contribution, set3
 from ..kernels.attributes import attribute
 from ..kernels.camera import camera_ray, camera_reach
-from ..kernels.interaction import offset_origin, surface_point
+from ..kernels.interaction import offset_origin, shadow_origin, surface_point
 from ..kernels.intersect import intersect, occluded
 from ..kernels.jit import device, kernel
 from ..kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
@@ -364,7 +364,7 @@ def share(part, whole):
 @device
 def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
     """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque."""
-    o = offset_origin(sp, wi)
+    o = shadow_origin(scene, sp, wi)
     d = wi
     tmax = FAR
     if distance < FAR:

@@ -78,15 +78,24 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
 @device
 def object_normal(mesh, primitive, u, v):
     """The interpolated normal of a smooth triangle in object space, not normalised; zero for a flat one."""
-    if mesh.normals == 0:
+    if not is_smooth(mesh, primitive):
         return (0.0, 0.0, 0.0)
-    if mesh.smooth != 0 and load_u8(mesh.smooth, primitive) == 0:
-        return (0.0, 0.0, 0.0)
-    table = mesh.corners if mesh.normals_domain == DOMAIN_CORNER else mesh.triangles
-    a = load3_f32(mesh.normals, load_u32(table, 3 * primitive))
-    b = load3_f32(mesh.normals, load_u32(table, 3 * primitive + 1))
-    c = load3_f32(mesh.normals, load_u32(table, 3 * primitive + 2))
+    a = _corner_normal(mesh, primitive, 0)
+    b = _corner_normal(mesh, primitive, 1)
+    c = _corner_normal(mesh, primitive, 2)
     return add(scale(a, 1.0 - u - v), add(scale(b, u), scale(c, v)))
+
+
+@device
+def is_smooth(mesh, primitive):
+    """Whether a triangle is shaded with interpolated normals."""
+    return mesh.normals != 0 and (mesh.smooth == 0 or load_u8(mesh.smooth, primitive) != 0)
+
+
+@device
+def _corner_normal(mesh, primitive, corner):
+    table = mesh.corners if mesh.normals_domain == DOMAIN_CORNER else mesh.triangles
+    return load3_f32(mesh.normals, load_u32(table, 3 * primitive + corner))
 
 
 @device
@@ -117,3 +126,60 @@ def offset_origin(sp, wi):
     """The origin of a ray that leaves the surface towards wi: off it by the position's error, on the side of wi."""
     ng = vec(sp.ng)
     return madd(vec(sp.p), ng, sp.error if dot(ng, wi) >= 0.0 else -sp.error)
+
+
+@device
+def shadow_origin(scene, sp, wi):
+    """The origin of a shadow ray towards wi; near the terminator of a smooth triangle it is lifted off it.
+
+    As in Cycles, the lift sets in where wi's cosines with the normals fall below the instance's `terminator`.
+    """
+    placed = instance_at(scene.instances, sp.instance)
+    limit = placed.terminator
+    cos_n = dot(vec(sp.n), wi)
+    side = 1.0 if cos_n >= 0.0 else -1.0
+    cos_n *= side
+    cos_g = side * dot(vec(sp.ng), wi)
+    o = offset_origin(sp, wi)
+    if cos_g >= limit or limit <= 0.0:
+        return o
+    mesh = mesh_at(scene.meshes, sp.mesh)
+    if not is_smooth(mesh, sp.primitive):
+        return o
+    amount = 2.0 - (cos_g + cos_n) / limit if cos_n < limit else 1.0 - cos_g / limit
+    if amount <= 0.0:
+        return o
+    return madd(o, _lift(placed, mesh, sp, scale(vec(sp.ng), side)), min(amount, 1.0))
+
+
+@device
+def _lift(placed, mesh, sp, ng):
+    """From the point on a smooth triangle to the curved surface on the side of ng, about along the shading normal.
+
+    The height is that of a paraboloid with the normals of the corners, halved, but not below the lowest of the corners'
+    tangent planes, each of them raised until the triangle lies under it.
+    """
+    u = sp.u
+    v = sp.v
+    w = 1.0 - u - v
+    a = _world_normal(placed, mesh, sp.primitive, 0)
+    b = _world_normal(placed, mesh, sp.primitive, 1)
+    c = _world_normal(placed, mesh, sp.primitive, 2)
+    n = add(scale(a, w), add(scale(b, u), scale(c, v)))
+    if dot(n, ng) <= 0.0:
+        a, b, c, n = neg(a), neg(b), neg(c), neg(n)
+    turned = -1.0 if sp.backfacing != 0 else 1.0
+    ab = scale(vec(sp.dpdu), turned)
+    ac = scale(vec(sp.dpdv), turned)
+    bc = sub(ac, ab)
+    to_a = neg(add(scale(ab, u), scale(ac, v)))
+    height_a = dot(to_a, a) + max(0.0, max(dot(ab, a), dot(ac, a)))
+    height_b = dot(add(to_a, ab), b) + max(0.0, max(-dot(ab, b), dot(bc, b)))
+    height_c = dot(add(to_a, ac), c) + max(0.0, max(-dot(ac, c), -dot(bc, c)))
+    paraboloid = u * w * dot(sub(b, a), ab) + v * w * dot(sub(c, a), ac) + u * v * dot(sub(c, b), bc)
+    return scale(n, max(0.0, max(0.5 * paraboloid, min(height_a, min(height_b, height_c)))))
+
+
+@device
+def _world_normal(placed, mesh, primitive, corner):
+    return normalize(transform_normal(placed.to_object, _corner_normal(mesh, primitive, corner)))

@@ -50,6 +50,7 @@ class _Placed:
     object_index: int = 0
     random: float = 0.0
     color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
+    terminator: float = 0.0
     particles: bool = False
     attributes: tuple[int, int] = (0, 0)  # address and count
 
@@ -141,6 +142,7 @@ class _Reader:
             # Instances have the colour of their instancer; `object` tells it only while Python holds no other
             # reference to the object that is instanced.
             color=tuple((instance.parent or item).color),
+            terminator=item.shadow_terminator_geometry_offset,
             particles=instance.is_instance and instance.particle_system is not None,
             attributes=self._properties(instance),
         )
@@ -225,7 +227,7 @@ class _Reader:
             n_attributes=attributes[:, 1],
             **{
                 field: of_object(field)
-                for field in ("materials", "n_materials", "visibility", "flags", "object_index", "color")
+                for field in ("materials", "n_materials", "visibility", "flags", "object_index", "color", "terminator")
             },
         )
         shown = np.bincount(self.scene.instances["mesh"], minlength=len(self.scene.meshes))

@@ -6,7 +6,7 @@ import pytest
 from restir_engine.embree.scenes import MeshScene, Placed, WorldScene
 from restir_engine.kernels import records as rec
 from restir_engine.kernels.attributes import attribute, generated
-from restir_engine.kernels.interaction import offset_origin, surface_point
+from restir_engine.kernels.interaction import offset_origin, shadow_origin, surface_point
 from restir_engine.kernels.intersect import occluded
 from restir_engine.kernels.jit import kernel
 from restir_engine.kernels.memory import address, load_f64, store_f64, store_u8
@@ -246,3 +246,40 @@ def test_vertices_are_padded_without_a_second_copy():
     mesh = Mesh(TRIANGLE, [[0, 1, 2]])
     assert mesh.vertices.base.nbytes >= mesh.vertices.nbytes + 16
     assert Mesh(mesh.vertices, mesh.triangles).vertices is mesh.vertices
+
+
+@kernel
+def lifted(scene, sp, d, out):
+    store3_f64(out, 0, shadow_origin(scene, sp, load3_f64(d, 0)))
+
+
+def corner_of_a_sphere(smooth=True):
+    """A triangle whose corners lie on the unit sphere, with the sphere's normals."""
+    corners = np.array([[0.3, 0.0, 0.0], [0.0, 0.3, 0.0], [-0.2, -0.2, 0.0]])
+    corners[:, 2] = np.sqrt(1.0 - (corners**2).sum(1))
+    normals = corners if smooth else None
+    return one(Mesh(corners, np.array([[0, 1, 2]]), normals=normals, normals_domain=rec.DOMAIN_POINT), terminator=0.1)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_shadow_rays_along_a_smooth_surface_start_above_the_triangle(side):
+    scene = corner_of_a_sphere()
+    out = np.zeros(3)
+    sp = scene.point(0.3, 0.3, (0.0, 0.0, -side))
+    tangent = np.cross(sp["n"], (0.3, 1.0, 0.2))
+    tangent /= np.linalg.norm(tangent)
+    lifted(scene.scene[0], sp, address(tangent), address(out))
+    sagitta = 1.0 - np.linalg.norm(sp["p"])
+    assert np.dot(out - sp["p"], sp["ng"]) > 0.5 * sagitta
+    if side > 0:  # the lowest of the tangent planes lies above the sphere
+        assert 1.0 <= np.linalg.norm(out) < 1.0 + 2.0 * sagitta
+
+
+@pytest.mark.parametrize(("smooth", "direction"), [(True, (0.1, 0.2, 1.0)), (False, (1.0, 0.1, 0.01))])
+def test_shadow_rays_start_on_the_triangle_far_from_the_terminator_and_on_flat_faces(smooth, direction):
+    scene = corner_of_a_sphere(smooth)
+    out = np.zeros(3)
+    wi = np.array(direction) / np.linalg.norm(direction)
+    sp = scene.point(0.3, 0.3, (0.0, 0.0, -1.0))
+    lifted(scene.scene[0], sp, address(wi), address(out))
+    assert out == pytest.approx(sp["p"], abs=1e-5)
