@@ -17,7 +17,7 @@ from . import render, scenes
 from .measures import block_error, srgb
 
 ENLARGE = 4
-HEADER = ("scene", "R", "G", "B", "A", "± RGB max", "FLIP", "seeds", "block", "Cycles s", "ours s")
+HEADER = ("scene", "R", "G", "B", "A", "± Cycles", "± ours", "FLIP", "seeds", "block", "Cycles s", "ours s")
 
 
 def picture(result: render.Comparison) -> np.ndarray:
@@ -45,7 +45,7 @@ def figures(result: render.Comparison) -> list[str]:
     return [
         result.scene.name,
         *(f"{value:+.2%}" for value in result.difference),
-        f"{result.error[:3].max():.2%}",
+        *(f"{error[:3].max():.2%}" for error in result.errors),
         *numbers,
         *(f"{value:.1f}" for value in result.seconds),
     ]

@@ -132,7 +132,12 @@ class Comparison:
     @property
     def error(self) -> np.ndarray:
         """Standard error of `difference`."""
-        return np.hypot(standard_error(*self.reference), standard_error(*self.ours)) / self._scale
+        return np.hypot(*self.errors)
+
+    @property
+    def errors(self) -> list[np.ndarray]:
+        """Standard errors of the two means, relative as in `difference`."""
+        return [standard_error(*images) / self._scale for images in (self.reference, self.ours)]
 
     @property
     def flip(self) -> float:
