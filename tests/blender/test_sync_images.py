@@ -1,0 +1,102 @@
+"""Images of a file as the scene keeps them; the artist's datablocks stay as they are."""
+
+import bpy
+import numpy as np
+import pytest
+
+from restir_engine.scene.scene import Scene
+from restir_engine.sync.images import image_index, refresh_image, tile_indices
+
+
+@pytest.fixture(autouse=True)
+def empty_file():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def picture(name="picture", is_float=False, values=(0.2, 0.4, 0.6, 1.0)):
+    image = bpy.data.images.new(name, 4, 2, alpha=True, float_buffer=is_float)
+    image.pixels.foreach_set(np.tile(np.array(values, np.float32), 8))
+    return image
+
+
+def user():
+    material = bpy.data.materials.new("user")
+    material.use_nodes = True
+    return material.node_tree.nodes.new("ShaderNodeTexImage").image_user
+
+
+def test_bytes_stay_bytes_and_are_kept_once():
+    scene, image = Scene(), picture()
+    first = image_index(scene, image, user(), pytest.fail)
+    assert image_index(scene, image, user(), pytest.fail) == first == 0
+    assert len(scene.images) == 1 and scene.images.nbytes == 4 * 2 * 4
+    record = scene.images.records()[0]
+    assert (record["width"], record["height"]) == (4, 2) and record["decode"] != 0
+
+
+def test_floats_stay_floats():
+    scene = Scene()
+    image_index(scene, picture(is_float=True, values=(5.0, 0.4, 0.6, 1.0)), user(), pytest.fail)
+    assert scene.images.nbytes == 4 * 2 * 4 * 4 and scene.images.records()[0]["decode"] == 0
+
+
+def test_a_changed_image_is_replaced_in_place():
+    scene, image = Scene(), picture()
+    index = image_index(scene, image, user(), pytest.fail)
+    before = scene.images.records()[index]["pixels"]
+    image.scale(8, 8)
+    assert refresh_image(scene, image)
+    record = scene.images.records()[index]
+    assert record["width"] == 8 and record["pixels"] != before and len(scene.images) == 1
+    assert not refresh_image(scene, picture("unused"))
+
+
+@pytest.mark.parametrize("space", ["sRGB", "Rec.1886", "Non-Color"])
+def test_nothing_is_left_behind(space, tmp_path):
+    image = picture()
+    image.filepath_raw, image.file_format = str(tmp_path / "file.png"), "PNG"
+    image.save()
+    loaded = bpy.data.images.load(str(tmp_path / "file.png"))
+    loaded.colorspace_settings.name = space
+    loaded.alpha_mode = "PREMUL"
+    names = [item.name for item in bpy.data.images]
+    scene = Scene()
+    assert image_index(scene, loaded, user(), pytest.fail) == 0
+    assert [item.name for item in bpy.data.images] == names
+    assert (loaded.colorspace_settings.name, loaded.alpha_mode) == (space, "PREMUL")
+
+
+def test_missing_files_warn_and_are_magenta():
+    said = []
+    lost = bpy.data.images.new("lost", 4, 4)
+    lost.source = "FILE"
+    lost.filepath = "/nowhere/lost.png"
+    lost.reload()
+    assert image_index(Scene(), lost, user(), said.append) == -1
+    assert len(said) == 1 and "lost" in said[0]
+
+
+def test_a_missing_frame_is_named():
+    said = []
+    sequence = bpy.data.images.new("shot", 4, 4)
+    sequence.source = "SEQUENCE"
+    sequence.filepath = "/nowhere/shot_0001.png"
+    scene = Scene()
+    scene.frame = 12
+    frames = user()
+    frames.frame_duration, frames.frame_start = 100, 1
+    assert image_index(scene, sequence, frames, said.append) == -1
+    assert "frame 12" in said[0]
+
+
+def test_missing_tiles_are_missing_alone(tmp_path):
+    image = picture()
+    image.filepath_raw, image.file_format = str(tmp_path / "tile.1001.png"), "PNG"
+    image.save()
+    tiled = bpy.data.images.load(str(tmp_path / "tile.1001.png"))
+    tiled.source = "TILED"
+    tiled.filepath = str(tmp_path / "tile.<UDIM>.png")
+    tiled.tiles.new(1002)
+    said = []
+    assert tile_indices(Scene(), tiled, said.append) == {1001: 0, 1002: -1}
+    assert "tile 1002" in said[0]
