@@ -29,6 +29,8 @@ from ..kernels.lobes import (
     bsdf_blur,
     bsdf_color,
     bsdf_eval,
+    bsdf_has_eval,
+    bsdf_normal,
     bsdf_sample,
     denoise_features,
 )
@@ -318,7 +320,7 @@ def add_world(scene, integrator, film, scratch, path, sp):
 @device
 def direct_light(scene, integrator, film, scratch, path, sp):
     """Next event estimation: one light sample, weighted against the lobes' density, if its shadow ray is free."""
-    if sp.n_closures == 0:
+    if not bsdf_has_eval(sp):
         return
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
@@ -499,7 +501,7 @@ def data_passes(scene, camera, integrator, film, path, sp):
                 store_f32(pixel, film.material_index, float(material_at(scene.materials, sp.material).pass_index))
             set3(pixel, film.position, p)
         if average(vec(sp.transparent)) <= 1.0 - integrator.pass_alpha_threshold:
-            add3(pixel, film.normal, vec(sp.n))
+            add3(pixel, film.normal, bsdf_normal(sp))
             if film.uv >= 0:
                 found, x, y, _z, _w = attribute(scene, sp, 0, 0.0, 0.0)
                 if found:

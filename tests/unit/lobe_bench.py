@@ -6,7 +6,19 @@ import numpy as np
 
 from restir_engine.kernels import rng
 from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.lobes import BSDF_NODES, bsdf_color, bsdf_eval, bsdf_op, bsdf_sample, lobe_tables
+from restir_engine.kernels.lobes import (
+    BSDF_NODES,
+    bsdf_blur,
+    bsdf_color,
+    bsdf_eval,
+    bsdf_has_eval,
+    bsdf_normal,
+    bsdf_op,
+    bsdf_roughness,
+    bsdf_sample,
+    denoise_features,
+    lobe_tables,
+)
 from restir_engine.kernels.memory import address, load_f64, record_at, store_f64
 from restir_engine.kernels.records import CLOSURE, MAX_CLOSURES, SCENE, SHADING_POINT, shading_point_at
 
@@ -52,6 +64,27 @@ def _color(scene, sp, out):
     value = bsdf_color(_scene_at(scene, 0), shading_point_at(sp, 0))
     for k in range(9):
         store_f64(out, k, value[k])
+
+
+@kernel
+def _blur(sp, roughness):
+    bsdf_blur(shading_point_at(sp, 0), roughness)
+
+
+@kernel
+def _summary(scene, sp, out):
+    """Normal, roughness, whether anything can be evaluated; the denoiser's albedo, normal, specular, diffuse-like."""
+    p = shading_point_at(sp, 0)
+    n = bsdf_normal(p)
+    albedo, normal, specular, diffuse_like = denoise_features(_scene_at(scene, 0), p)
+    for k in range(3):
+        store_f64(out, k, n[k])
+        store_f64(out, 5 + k, albedo[k])
+        store_f64(out, 8 + k, normal[k])
+        store_f64(out, 11 + k, specular[k])
+    store_f64(out, 3, bsdf_roughness(p))
+    store_f64(out, 4, 1.0 if bsdf_has_eval(p) else 0.0)
+    store_f64(out, 14, 1.0 if diffuse_like else 0.0)
 
 
 def direction(cosine: float, phi: float = 0.3) -> np.ndarray:
@@ -124,6 +157,23 @@ class Surface:
         out = np.empty(9)
         _color(address(self._scene), address(self._point), address(out))
         return out.reshape(3, 3)
+
+    def blur(self, alpha: float) -> None:
+        """Filter glossy."""
+        _blur(address(self._point), alpha)
+
+    def summary(self) -> dict[str, np.ndarray]:
+        """What the passes and the denoiser ask for."""
+        out = np.empty(15)
+        _summary(address(self._scene), address(self._point), address(out))
+        names = {
+            "normal": slice(0, 3),
+            "roughness": 3,
+            "has_eval": 4,
+            "albedo": slice(5, 8),
+            "feature_normal": slice(8, 11),
+        }
+        return {key: out[at] for key, at in (names | {"specular": slice(11, 14), "diffuse_like": 14}).items()}
 
 
 def _default(item):
