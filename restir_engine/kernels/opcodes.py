@@ -13,6 +13,7 @@ MIX_WEIGHTS = 2  # first_out, second_out, weight, factor
 EMISSION = 3  # weight, colour, strength
 HOLDOUT = 4  # weight
 SET_NORMAL = 5  # normal: the shading normal from here on
+JUMP_SHADOW = 6  # distance!: skips `distance` words for shadow rays, whose own program stands there
 
 # Conversions and what most programs do with numbers: shader_vm ----------------------------------------------
 LUMINANCE = 10  # out, colour

@@ -7,7 +7,7 @@ from .jit import Entry, device, entry
 from .lobes.closure import LOBE_LAMBERT, add_closure
 from .lobes.entries import BSDF_ENTRIES, FIRST, makes_lobes
 from .memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
-from .records import MATERIAL_LAMBERT, RAY_NO_LOBES, material_at, scene_at, shading_point_at
+from .records import MATERIAL_LAMBERT, RAY_NO_LOBES, RAY_SHADOW, material_at, scene_at, shading_point_at
 from .textures import texture_op
 from .vec import normalize, put, store3_f64, vec
 from .vm_bump import bump_op
@@ -121,6 +121,9 @@ def _run_program(scene, sp):
         if op == ops.JUMP_ZERO:
             if number(registers, code, first) == 0.0:
                 at += load_i32(code, first + 1)
+        elif op == ops.JUMP_SHADOW:
+            if sp.ray_flags & RAY_SHADOW:
+                at += load_i32(code, first)
         elif op < 10:
             _flow_op(op, sp, registers, code, first)
         elif op < 14:

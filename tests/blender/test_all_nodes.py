@@ -18,13 +18,11 @@ def shader_nodes() -> list[str]:
     tree = bpy.data.node_groups.new("All", "ShaderNodeTree")
     found = []
     for name in dir(bpy.types):
-        if name.startswith(("ShaderNode", "NodeReroute", "NodeFrame")) or name in (
-            "NodeClosureInput",
-            "NodeEvaluateClosure",
-        ):
+        kind = getattr(bpy.types, name)
+        if isinstance(kind, type) and issubclass(kind, bpy.types.Node):
             try:
                 tree.nodes.new(name)
-            except RuntimeError:
+            except RuntimeError:  # of another kind of tree
                 continue
             found.append(name)
     bpy.data.node_groups.remove(tree)

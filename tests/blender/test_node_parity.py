@@ -258,6 +258,16 @@ def _normal_cases():
     yield "normal map second", _one("ShaderNodeNormalMap", {"Color": _paint, "Strength": 1.3}, uv_map="Second")
 
 
+def _generic_cases():
+    yield "boolean", _one("FunctionNodeInputBool", boolean=True)
+    yield "integer", _one("FunctionNodeInputInt", integer=3)
+    yield "vector", _one("FunctionNodeInputVector", vector=(0.1, 0.2, 0.3))
+    for choice in "AB":
+        inputs = {"Menu": choice, "Item_0": (0.1, 0.9, 0.4, 1.0), "Item_1": _paint}
+        yield f"menu {choice}", _one("GeometryNodeMenuSwitch", inputs)
+        yield f"menu is {choice}", _one("GeometryNodeMenuSwitch", inputs, "A")
+
+
 FAMILIES = {
     "math": (_math_cases, 1.0, 0.0),
     "vector math": (_vector_math_cases, 0.1, 0.5),
@@ -270,6 +280,8 @@ FAMILIES = {
     "inputs": (_input_cases, 0.05, 0.5),
     "normals": (_normal_cases, 0.5, 0.5),
 }
+if bpy.app.version >= (5, 0, 0):
+    FAMILIES["generic"] = (_generic_cases, 0.2, 0.1)
 
 
 @pytest.mark.parametrize("family", FAMILIES)

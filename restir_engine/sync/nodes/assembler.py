@@ -19,7 +19,7 @@ class Assembler:
     """Collects constants and instructions. A register is an int; `register + 1` is the next component of a value."""
 
     def __init__(self) -> None:
-        self._instructions: list[list[int]] = []
+        self.instructions: list[list[int]] = []
         self._constants: list[float] = []
         self._known: dict[tuple[float, ...], int] = {}
         self._blocks: list[int] = []  # owner of each temporary register: index of its block's first register
@@ -44,35 +44,45 @@ class Assembler:
 
     def emit(self, opcode: int, *words: int) -> None:
         """Append an instruction. Words are registers or immediates (smaller than 2²⁸)."""
-        self._instructions.append([opcode, *(int(word) for word in words)])
+        self.instructions.append([opcode, *(int(word) for word in words)])
 
     @property
     def position(self) -> int:
         """The number of instructions so far."""
-        return len(self._instructions)
+        return len(self.instructions)
 
     def insert_jump(self, position: int, weight: int) -> None:
         """Before the instruction at `position`, a jump to the present end that is taken when `weight` is 0."""
-        distance = sum(len(instruction) + 1 for instruction in self._instructions[position:])
-        self._instructions.insert(position, [ops.JUMP_ZERO, weight, distance])
+        distance = sum(len(instruction) + 1 for instruction in self.instructions[position:])
+        self.instructions.insert(position, [ops.JUMP_ZERO, weight, distance])
 
-    def finish(self) -> tuple[np.ndarray, np.ndarray]:
-        """(code, constants) of the program, empty when it does nothing."""
-        if not self._instructions:
+    def block(self, register: int) -> int:
+        """What tells apart the values that temporary registers belong to."""
+        return self._blocks[register - TEMPORARY]
+
+    def finish(self, shadow: list[list[int]] | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """(code, constants) of the program, empty when it does nothing. Shadow rays run `shadow` when it is given."""
+        if not self.instructions:
             return np.zeros(0, np.int32), np.zeros(0)
-        places = self._place()
-        words = []
-        for opcode, *operands in self._instructions:
-            words += [opcode, len(operands)]
-            words += [word if word < TEMPORARY else places[word - TEMPORARY] for word in operands]
-        words += [ops.END, 0]
+        words = self._words(self.instructions)
+        if shadow is not None:
+            words = [ops.JUMP_SHADOW, 1, len(words), *words, *self._words(shadow)]
         return np.array(words, np.int32), np.array(self._constants)
 
-    def _place(self) -> dict[int, int]:
+    def _words(self, instructions: list[list[int]]) -> list[int]:
+        """Machine words of instructions and the end."""
+        places = self._place(instructions)
+        words = []
+        for opcode, *operands in instructions:
+            words += [opcode, len(operands)]
+            words += [word if word < TEMPORARY else places[word - TEMPORARY] for word in operands]
+        return [*words, ops.END, 0]
+
+    def _place(self, instructions: list[list[int]]) -> dict[int, int]:
         """Final numbers of temporary registers. A block is free again after its last use: jumps only go forward."""
         first: dict[int, int] = {}
         last: dict[int, int] = {}
-        for index, instruction in enumerate(self._instructions):
+        for index, instruction in enumerate(instructions):
             for word in instruction[1:]:
                 if word >= TEMPORARY:
                     block = self._blocks[word - TEMPORARY]

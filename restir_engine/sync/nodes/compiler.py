@@ -14,6 +14,7 @@ from ...scene.shaders import Program
 from .assembler import TooManyRegisters
 from .bump import displaced_normal
 from .fallback import unsupported_closure
+from .prune import shadow_instructions
 from .registry import CLOSURES
 from .sockets import COLOR, SHADER, find_socket
 from .values import ValueCompiler
@@ -57,8 +58,9 @@ class Compiler(ValueCompiler):
 
     def program(self) -> Program:
         """What has been emitted so far as a program."""
-        code, constants = self.finish()
         flags = self.flags if self.transparent_shadows else self.flags & ~rec.MATERIAL_TRANSPARENT
+        shadow = shadow_instructions(self) if flags & rec.MATERIAL_TRANSPARENT else None
+        code, constants = self.finish(shadow)
         return Program(code, constants, flags=flags, emission_estimate=tuple(self.emission_estimate))
 
     def _surface(self, output: bpy.types.Node) -> None:

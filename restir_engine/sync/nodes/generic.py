@@ -1,0 +1,52 @@
+"""Nodes that shader trees share with other kinds of trees (Blender 5): constants, Menu Switch, Implicit Conversion."""
+
+from __future__ import annotations
+
+from .registry import closure, node
+from .sockets import FLOAT, kind_of
+
+
+@node("FunctionNodeInputBool")
+def boolean(c, node):
+    return {"Boolean": c.constant(float(node.boolean))}
+
+
+@node("FunctionNodeInputInt")
+def integer(c, node):
+    return {"Integer": c.constant(float(node.integer))}
+
+
+@node("FunctionNodeInputVector")
+def vector(c, node):
+    return {"Vector": c.constant((*tuple(node.vector), 0.0, 0.0)[:3])}
+
+
+def _read(c, node, source: str, output) -> int:
+    return c.value(node, source) if kind_of(output) == FLOAT else c.vector(node, source)
+
+
+@node("NodeImplicitConversion")
+def implicit_conversion(c, node):
+    return {"Value": lambda: _read(c, node, node.inputs[0].identifier, node.outputs[0])}
+
+
+def _chosen(node) -> str | None:
+    """The input that a Menu Switch passes on. A link to the menu is not followed."""
+    choice = node.inputs[0].default_value
+    return next((socket.identifier for socket in node.inputs[1:] if socket.name == choice), None)
+
+
+@node("GeometryNodeMenuSwitch")
+def menu_switch(c, node):
+    chosen = _chosen(node)
+    if chosen is None:
+        return {}
+    flags = {output.identifier: c.constant(float(output.identifier == chosen)) for output in node.outputs[1:]}
+    return flags | {"Output": lambda: _read(c, node, chosen, node.outputs[0])}
+
+
+@closure("GeometryNodeMenuSwitch")
+def menu_switch_shader(c, node, weight):
+    chosen = _chosen(node)
+    if chosen is not None:
+        c.closure(node, chosen, weight)
