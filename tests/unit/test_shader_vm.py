@@ -92,6 +92,16 @@ def test_flow_and_closure_instructions():
     assert np.allclose(machine.point[0]["n"], np.array([2.0, 4.0, 8.0]) / np.sqrt(84.0))
 
 
+def test_shadow_rays_jump_to_their_own_program():
+    instructions = [(ops.JUMP_SHADOW, 7), (ops.EMISSION, 0, 0, 0), (ops.END,), (ops.HOLDOUT, 0)]
+    machine = Machine(instructions, (1.0, 1.0, 1.0))
+    machine.run()
+    assert machine.point[0]["emission"][0] == 1.0 and machine.point[0]["holdout"] == 0.0
+    machine.point[0]["ray_flags"] = rec.RAY_SHADOW_TRANSPARENT
+    machine.run()
+    assert machine.point[0]["emission"][0] == 0.0 and machine.point[0]["holdout"] == 1.0
+
+
 NUMPY = {
     "ADD": lambda a, b, c: a + b,
     "DIVIDE": lambda a, b, c: a / b if b else 0.0,
