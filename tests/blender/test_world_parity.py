@@ -39,7 +39,9 @@ def environment_image(path, size=(64, 32)):
     image.pixels.foreach_set(values.ravel())
     image.filepath_raw, image.file_format = str(path / "sky.exr"), "OPEN_EXR"
     image.save()
-    return bpy.data.images.load(image.filepath_raw)
+    loaded = bpy.data.images.load(image.filepath_raw)
+    loaded.colorspace_settings.name = "Linear Rec.709"  # 5.2 takes another from the file's metadata
+    return loaded
 
 
 def test_environment_image(stage, tmp_path):  # noqa: F811
