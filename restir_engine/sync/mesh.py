@@ -173,7 +173,8 @@ _SRGB = _srgb_table()
 
 
 # From 5.0 on Cycles knows normals of corners, and then shades flat faces by them too. Before, flat faces have the
-# normals of their triangles, and do not split the normals of their neighbours unless something else splits normals.
+# normals of their triangles unless the mesh has custom ones, and do not split the normals of their neighbours unless
+# something else splits normals.
 _CORNERS_RULE = bpy.app.version >= (5, 0)
 
 
@@ -184,7 +185,7 @@ def _read_normals(mesh: Mesh, data, n_corners: int) -> None:
     if domain == "CORNER" and (_CORNERS_RULE or data.has_custom_normals or _any(data, "sharp_edge", "EDGE")):
         mesh.normals = _read(data.corner_normals, "vector", (n_corners, 3), np.float32)
         mesh.normals_domain = DOMAIN_CORNER
-        if _CORNERS_RULE:
+        if _CORNERS_RULE or data.has_custom_normals:
             return
     else:
         mesh.normals = _vertex_normals(data)
