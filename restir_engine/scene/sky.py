@@ -7,7 +7,7 @@ Colours are linear Rec.709. A dome's table runs around the zenith from behind th
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import acos, asin, atan2, copysign, cos, fmod, pi, tan
+from math import acos, asin, atan2, copysign, cos, fmod, pi, sin, tan
 
 import numpy as np
 
@@ -100,32 +100,25 @@ def _optical_rule() -> tuple[np.ndarray, np.ndarray]:
     return nodes / 25.0, weights * np.exp(nodes) / 25.0
 
 
-def _directions(latitudes: np.ndarray, longitudes: np.ndarray) -> np.ndarray:
-    latitude, longitude = np.meshgrid(latitudes, longitudes, indexing="ij")
-    flat = np.cos(latitude)
-    return np.stack([flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude)], -1)
-
-
 def _densities(height: np.ndarray) -> np.ndarray:
     """Relative density of air, aerosols and ozone at heights above the sea, on a last axis."""
+    height = height.astype(np.float32)
     ozone = np.maximum(0.0, 1.0 - np.abs(height - 25000.0) / 15000.0)
     return np.stack([np.exp(-height / _AIR_HEIGHT), np.exp(-height / _MIE_HEIGHT), ozone], -1)
 
 
-def _to_space(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Distance from points in the atmosphere to its end."""
-    b = np.sum(origin * direction, -1)
-    return -b + np.sqrt(np.maximum(b * b - np.sum(origin * origin, -1) + _SPACE**2, 0.0))
+def _to_space(square: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Distance to the end of the atmosphere from points p; `square` is p·p, `along` p·d for the unit direction d."""
+    return -along + np.sqrt(np.maximum(along * along - square + _SPACE**2, 0.0))
 
 
-def _depths(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Integrals of the three densities from points to space."""
-    length = _to_space(origin, direction)
-    nodes, weights = _optical_rule()
+def _depths(square: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Integrals of the three densities from points to space; arguments as for `_to_space`."""
+    length = _to_space(square, along)
     total = 0.0
-    for node, weight in zip(nodes, weights, strict=True):
-        points = origin + (node * length)[..., None] * direction
-        total = total + weight * _densities(np.linalg.norm(points, axis=-1) - _EARTH)
+    for node, weight in zip(*_optical_rule(), strict=True):
+        distance = node * length
+        total = total + weight * _densities(np.sqrt(square + distance * (2.0 * along + distance)) - _EARTH)
     return total * length[..., None]
 
 
@@ -135,34 +128,38 @@ def _extinction(atmosphere: Atmosphere) -> np.ndarray:
     return np.stack([atmosphere.air * _RAYLEIGH, atmosphere.aerosols * mie, atmosphere.ozone * _OZONE])
 
 
-def _single_scattering(atmosphere: Atmosphere, directions: np.ndarray, altitude: float) -> np.ndarray:
-    """RGB radiance of the sky in unit directions (n, 3), the sun standing over +x."""
-    sun = np.array([cos(atmosphere.elevation), 0.0, np.sin(atmosphere.elevation)])
-    origin = np.array([0.0, 0.0, _EARTH + altitude])
-    length = _to_space(np.broadcast_to(origin, directions.shape), directions) / _STEPS
-    mu = directions @ sun
+def _single_scattering(
+    atmosphere: Atmosphere, latitudes: np.ndarray, longitudes: np.ndarray, altitude: float
+) -> np.ndarray:
+    """RGB radiance of the sky (latitudes, longitudes, 3), the sun standing over longitude 0.
+
+    What depends on the height alone is the same all around the zenith: arrays of one column.
+    """
+    latitude = latitudes[:, None]
+    mu = np.cos(latitude) * np.cos(longitudes) * cos(atmosphere.elevation)
+    mu += np.sin(latitude) * sin(atmosphere.elevation)
+    radius = _EARTH + altitude
+    along = radius * np.sin(latitude)
+    segment = _to_space(np.array(radius * radius), along) / _STEPS
     g2 = _MIE_G * _MIE_G
     rayleigh_phase = 3.0 / (16.0 * pi) * (1.0 + mu * mu)
     mie_phase = 3.0 * (1.0 - g2) * (1.0 + mu * mu) / (8.0 * pi * (2.0 + g2) * (1.0 + g2 - 2.0 * _MIE_G * mu) ** 1.5)
-    scattering = np.stack(
-        [atmosphere.air * _RAYLEIGH, np.full(len(_WAVELENGTHS), atmosphere.aerosols * _MIE_SCATTERING)]
-    )
+    phases = np.stack([rayleigh_phase, mie_phase], -1).astype(np.float32)
+    scattering = np.stack([atmosphere.air * _RAYLEIGH, np.full_like(_RAYLEIGH, atmosphere.aerosols * _MIE_SCATTERING)])
+    scattering = (scattering * _SUN_IRRADIANCE).astype(np.float32)
     extinction = _extinction(atmosphere).astype(np.float32)
-    weights = (scattering * _SUN_IRRADIANCE).astype(np.float32)
-    seen = np.zeros((len(directions), 3))
-    spectrum = np.zeros((len(directions), len(_WAVELENGTHS)), np.float32)
+    seen = 0.0
+    spectrum = np.zeros((*mu.shape, len(_WAVELENGTHS)), np.float32)
     for step in range(_STEPS):
-        points = origin + ((step + 0.5) * length)[:, None] * directions
-        density = _densities(np.linalg.norm(points, axis=-1) - _EARTH)
-        seen += length[:, None] * density
-        lit = np.ones(len(points), bool)
-        if sun[2] < 0.0:  # the earth may stand between
-            b = points @ sun
-            lit = b * b - np.sum(points * points, -1) + _EARTH**2 < 0.0
-        depth = seen[lit] + _depths(points[lit], np.broadcast_to(sun, points[lit].shape))
-        source = np.stack([rayleigh_phase * density[:, 0], mie_phase * density[:, 1]], -1) * length[:, None]
-        transmittance = np.exp(-(depth.astype(np.float32) @ extinction))
-        spectrum[lit] += transmittance * (source[lit].astype(np.float32) @ weights)
+        distance = (step + 0.5) * segment
+        square = radius * radius + distance * (2.0 * along + distance)
+        density = segment[..., None] * _densities(np.sqrt(square) - _EARTH)
+        seen = seen + density
+        to_sun = radius * sin(atmosphere.elevation) + distance * mu
+        transmittance = np.exp(-((seen + _depths(square, to_sun)).astype(np.float32) @ extinction))
+        if atmosphere.elevation < 0.0:  # the earth may stand between
+            transmittance[to_sun * to_sun - square + _EARTH**2 >= 0.0] = 0.0
+        spectrum += transmittance * ((phases * density[..., :2]).astype(np.float32) @ scattering)
     return spectrum @ _SPECTRUM_TO_RGB.T
 
 
@@ -174,8 +171,8 @@ def _single_sun(atmosphere: Atmosphere, altitude: float) -> tuple[np.ndarray, np
     colors = []
     for elevation in (atmosphere.elevation - half, atmosphere.elevation + half):
         elevation = max(elevation, 0.0)
-        direction = np.array([cos(elevation), 0.0, np.sin(elevation)])
-        depth = _depths(np.array([0.0, 0.0, _EARTH + altitude]), direction)[:2]
+        radius = np.array(_EARTH + altitude)
+        depth = _depths(radius * radius, radius * sin(elevation))[:2]
         colors.append(_SPECTRUM_TO_RGB @ (_SUN_IRRADIANCE * np.exp(-depth @ extinction) / solid_angle))
     return colors[0], colors[1]
 
@@ -191,9 +188,7 @@ def half_dome(atmosphere: Atmosphere) -> np.ndarray:
     rows = np.arange(_HALF_HEIGHT) / _HALF_HEIGHT
     latitudes = (0.5 * pi + 0.25 * pi / _HALF_HEIGHT) * rows**2
     longitudes = 2.0 * pi * np.arange(_WIDTH // 2) / _WIDTH - pi
-    directions = _directions(latitudes, longitudes)
-    sky = _single_scattering(atmosphere, directions.reshape(-1, 3), atmosphere.altitude)
-    return _mirrored(sky.reshape(directions.shape))
+    return _mirrored(_single_scattering(atmosphere, latitudes, longitudes, atmosphere.altitude))
 
 
 def full_dome(atmosphere: Atmosphere) -> np.ndarray:
@@ -202,9 +197,8 @@ def full_dome(atmosphere: Atmosphere) -> np.ndarray:
     rows = np.arange(_FULL_HEIGHT) / middle - 1.0
     latitudes = np.copysign(0.5 * pi * rows**2, rows)
     longitudes = 2.0 * pi * np.arange(_WIDTH // 2) / _WIDTH - pi
-    directions = _directions(latitudes[middle:], longitudes)
     altitude = min(max(atmosphere.altitude, 1.0), 59999.0)
-    upper = _single_scattering(atmosphere, directions.reshape(-1, 3), altitude).reshape(directions.shape)
+    upper = _single_scattering(atmosphere, latitudes[middle:], longitudes, altitude)
     fade = np.maximum(1.0 + 2.5 * np.sin(latitudes[:middle]), 0.0) ** 3
     return _mirrored(np.concatenate([fade[:, None, None] * upper[:1], upper]))
 

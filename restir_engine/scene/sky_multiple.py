@@ -6,7 +6,7 @@ Kilometres; arrays end in the wavelengths 630, 560, 490, 430 nm.
 
 from __future__ import annotations
 
-from math import cos, pi
+from math import cos, pi, sin
 
 import numpy as np
 
@@ -48,87 +48,105 @@ def _coefficients(atmosphere: Atmosphere, height: np.ndarray) -> tuple[np.ndarra
     return air, scattering, extinction
 
 
-def _to_space(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Distance from points in the atmosphere to its end."""
-    b = np.sum(origin * direction, -1)
-    return -b + np.sqrt(np.maximum(b * b - np.sum(origin * origin, -1) + _SPACE**2, 0.0))
+def _to_space(square: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Distance to the end of the atmosphere from points p; `square` is p·p, `along` p·d for the unit direction d."""
+    return -along + np.sqrt(np.maximum(along * along - square + _SPACE**2, 0.0))
 
 
-def _to_ground(origin: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """Distance from points in the atmosphere to the ground, -1 where the ray passes it."""
-    b = np.sum(origin * direction, -1)
-    d = b * b - np.sum(origin * origin, -1) + _EARTH**2
-    return np.where((d >= 0.0) & (b < 0.0), -b - np.sqrt(np.maximum(d, 0.0)), -1.0)
+def _to_ground(square: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Distance to the ground, -1 where the ray passes it; arguments as for `_to_space`."""
+    d = along * along - square + _EARTH**2
+    return np.where((d >= 0.0) & (along < 0.0), -along - np.sqrt(np.maximum(d, 0.0)), -1.0)
 
 
 def _transmittance(atmosphere: Atmosphere, cosine: np.ndarray, altitude: np.ndarray) -> np.ndarray:
     """From points at these altitudes (0 … 1 of the atmosphere) to a sun at these cosines to the zenith."""
-    direction = np.stack([np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0)), np.zeros_like(cosine), cosine], -1)
-    origin = np.zeros_like(direction)
-    origin[..., 2] = _EARTH + _THICKNESS * altitude
-    step = _to_space(origin, direction) / _STEPS
+    radius = _EARTH + _THICKNESS * altitude
+    step = _to_space(radius * radius, radius * cosine) / _STEPS
     depth = 0.0
     for i in range(_STEPS):
-        points = origin + ((i + 0.5) * step)[..., None] * direction
-        height = np.maximum(np.linalg.norm(points, axis=-1) - _EARTH, 0.0)
-        depth = depth + _coefficients(atmosphere, height)[2] * step[..., None]
+        distance = (i + 0.5) * step
+        height = np.sqrt(radius * radius + distance * (2.0 * radius * cosine + distance)) - _EARTH
+        depth = depth + _coefficients(atmosphere, np.maximum(height, 0.0))[2] * step[..., None]
     return np.exp(-depth)
 
 
+def _blend(values: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Rows of `values` between which the fractional indices x lie, interpolated; the last axes stay."""
+    i = np.minimum(x.astype(int), len(values) - 2)
+    share = (x - i).reshape(x.shape + (1,) * (values.ndim - 1)).astype(values.dtype)
+    return values[i] * (1.0 - share) + values[i + 1] * share
+
+
+def _blend_each(values: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """As `_blend`, each row of x in a table of its own: values (n, m, 4), x (n, k) → (n, k, 4)."""
+    i = np.minimum(x.astype(int), values.shape[1] - 2)
+    share = (x - i)[..., None].astype(values.dtype)
+    rows = np.arange(len(values))[:, None]
+    return values[rows, i] * (1.0 - share) + values[rows, i + 1] * share
+
+
 class _Table:
-    """Transmittance to the sun, looked up."""
+    """Transmittance to the sun by altitude and by the cosine of the sun to the zenith."""
 
     def __init__(self, atmosphere: Atmosphere) -> None:
         cosine = np.linspace(-1.0, 1.0, _TABLE_WIDTH)
         altitude = np.linspace(0.0, 1.0, _TABLE_HEIGHT)
-        self._values = _transmittance(atmosphere, *np.meshgrid(cosine, altitude))
+        self._values = _transmittance(atmosphere, *np.meshgrid(cosine, altitude)).astype(np.float32)
 
-    def __call__(self, cosine: np.ndarray, altitude: np.ndarray) -> np.ndarray:
-        x = np.clip(0.5 * cosine + 0.5, 0.0, 1.0) * (_TABLE_WIDTH - 1)
-        y = np.clip(altitude, 0.0, 1.0) * (_TABLE_HEIGHT - 1)
-        i, j = x.astype(int), y.astype(int)
-        u, v = (x - i)[..., None], (y - j)[..., None]
-        i1, j1 = np.minimum(i + 1, _TABLE_WIDTH - 1), np.minimum(j + 1, _TABLE_HEIGHT - 1)
-        lower = self._values[j, i] * (1.0 - u) + self._values[j, i1] * u
-        upper = self._values[j1, i] * (1.0 - u) + self._values[j1, i1] * u
-        return lower * (1.0 - v) + upper * v
+    def lines(self, altitude: np.ndarray) -> np.ndarray:
+        """Transmittance at these altitudes (n) over all cosines: (n, cosines, 4)."""
+        return _blend(self._values, np.clip(altitude, 0.0, 1.0) * (_TABLE_HEIGHT - 1))
+
+    @staticmethod
+    def along(lines: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+        """The value of each line (n) at its cosines (n, k): (n, k, 4)."""
+        return _blend_each(lines, np.clip(0.5 * cosine + 0.5, 0.0, 1.0) * (_TABLE_WIDTH - 1))
+
+    def at_ground(self, cosine: np.ndarray) -> np.ndarray:
+        """Transmittance at sea level."""
+        return _blend(self._values[0], np.clip(0.5 * cosine + 0.5, 0.0, 1.0) * (_TABLE_WIDTH - 1))
 
 
-def _indirect(table: _Table, cosine: np.ndarray, altitude: np.ndarray, radius: np.ndarray) -> np.ndarray:
+def _indirect(table: _Table, lines: np.ndarray, cosine: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Light at points that the ground or the air has scattered before, for unit irradiance."""
     solid_angle = 2.0 * pi * (1.0 - np.sqrt(np.maximum(1.0 - (_EARTH / radius) ** 2, 0.0)))
-    up = np.ones_like(cosine)
-    to_ground = table(up, np.zeros_like(altitude)) / table(up, altitude)
-    ground = table(cosine, np.zeros_like(altitude)) * to_ground * (solid_angle * cosine)[..., None]
+    to_ground = table.at_ground(np.ones(1)) / lines[:, -1]
+    ground = table.at_ground(cosine) * to_ground[:, None] * (solid_angle * cosine)[..., None]
     air = _HIGHER_ORDERS / (1.0 + 5.0 * np.exp(-17.92 * cosine))[..., None]
     return air + ground * (_ALBEDO / pi / (4.0 * pi))
 
 
-def _radiance(atmosphere: Atmosphere, directions: np.ndarray) -> np.ndarray:
-    """RGB radiance of sky and ground in unit directions (n, 3), the sun standing over -x."""
-    sun = np.array([-cos(atmosphere.elevation), 0.0, np.sin(atmosphere.elevation)])
-    origin = np.zeros_like(directions)
-    origin[:, 2] = _EARTH + min(max(atmosphere.altitude, 1.0), 99999.0) / 1000.0
-    ground = _to_ground(origin, directions)
-    step = np.where(ground < 0.0, _to_space(origin, directions), ground) / _STEPS
-    mu = directions @ sun
+def _radiance(atmosphere: Atmosphere, latitudes: np.ndarray, longitudes: np.ndarray) -> np.ndarray:
+    """RGB radiance of sky and ground (latitudes, longitudes, 3), the sun standing over longitude π.
+
+    What depends on the height alone is the same all around the zenith: arrays of one column.
+    """
+    latitude = latitudes[:, None]
+    mu = np.sin(latitude) * sin(atmosphere.elevation)
+    mu = mu - np.cos(latitude) * np.cos(longitudes) * cos(atmosphere.elevation)
+    start = _EARTH + min(max(atmosphere.altitude, 1.0), 99999.0) / 1000.0
+    along, square = start * np.sin(latitude), np.array(start * start)
+    ground = _to_ground(square, along)
+    step = np.where(ground < 0.0, _to_space(square, along), ground) / _STEPS
     g2 = _AEROSOL_G * _AEROSOL_G
-    air_phase = (3.0 / (16.0 * pi) * (1.0 + mu * mu))[:, None]
-    aerosol_phase = ((1.0 - g2) / (4.0 * pi) / (1.0 + g2 - 2.0 * _AEROSOL_G * mu) ** 1.5)[:, None]
+    air_phase = (3.0 / (16.0 * pi) * (1.0 + mu * mu))[..., None]
+    aerosol_phase = ((1.0 - g2) / (4.0 * pi) / (1.0 + g2 - 2.0 * _AEROSOL_G * mu) ** 1.5)[..., None]
     table = _Table(atmosphere)
     result, transmittance = 0.0, 1.0
     for i in range(_STEPS):
-        points = origin + ((i + 0.5) * step)[:, None] * directions
-        radius = np.linalg.norm(points, axis=-1)
+        distance = (i + 0.5) * step
+        radius = np.sqrt(square + distance * (2.0 * along + distance))
         height = np.maximum(radius - _EARTH, 0.0)
-        cosine, altitude = points @ sun / radius, height / _THICKNESS
+        cosine = (start * sin(atmosphere.elevation) + distance * mu) / radius
         air, aerosols, extinction = _coefficients(atmosphere, height)
-        direct = table(cosine, altitude)
-        indirect = _indirect(table, cosine, altitude, radius)
+        lines = table.lines(height[:, 0] / _THICKNESS)
+        direct = table.along(lines, cosine)
+        indirect = _indirect(table, lines, cosine, radius)
         source = air * (air_phase * direct + indirect) + aerosols * (aerosol_phase * direct + indirect)
-        passed = np.exp(-step[:, None] * extinction)
+        passed = np.exp(-step[..., None] * extinction)
         # Hillaire's exact integral over a segment of even density.
-        result = result + transmittance * source * (1.0 - passed) / np.maximum(extinction, 1e-7)
+        result = result + source * (transmittance * (1.0 - passed) / np.maximum(extinction, 1e-7))
         transmittance = transmittance * passed
     return (_SUN_IRRADIANCE * result) @ _SPECTRUM_TO_RGB.T
 
@@ -136,12 +154,9 @@ def _radiance(atmosphere: Atmosphere, directions: np.ndarray) -> np.ndarray:
 def multiple_dome(atmosphere: Atmosphere) -> np.ndarray:
     """Sky and ground in all directions: float32 (height, width, 4)."""
     rows = 2.0 * (np.arange(_HEIGHT) + 0.5) / _HEIGHT - 1.0
-    latitude = np.copysign(rows * rows, rows) * 0.5 * pi
-    longitude = 2.0 * pi * (np.arange(_WIDTH // 2) + 0.5) / _WIDTH
-    latitude, longitude = np.meshgrid(latitude, longitude, indexing="ij")
-    flat = np.cos(latitude)
-    directions = np.stack([flat * np.cos(longitude), flat * np.sin(longitude), np.sin(latitude)], -1)
-    return _mirrored(_radiance(atmosphere, directions.reshape(-1, 3)).reshape(directions.shape))
+    latitudes = np.copysign(rows * rows, rows) * 0.5 * pi
+    longitudes = 2.0 * pi * (np.arange(_WIDTH // 2) + 0.5) / _WIDTH
+    return _mirrored(_radiance(atmosphere, latitudes, longitudes))
 
 
 def multiple_sun(atmosphere: Atmosphere) -> tuple[np.ndarray, np.ndarray]:
@@ -150,6 +165,6 @@ def multiple_sun(atmosphere: Atmosphere) -> tuple[np.ndarray, np.ndarray]:
     altitude = np.array(min(max(atmosphere.altitude, 1.0), 99999.0) / 1000.0 / _THICKNESS)
     colors = []
     for elevation in (atmosphere.elevation - half, atmosphere.elevation + half):
-        passed = _transmittance(atmosphere, np.array(np.sin(elevation)), altitude)
+        passed = _transmittance(atmosphere, np.array(sin(elevation)), altitude)
         colors.append(_SPECTRUM_TO_RGB @ (_SUN_IRRADIANCE * passed / (2.0 * pi * (1.0 - cos(half)))))
     return colors[0], colors[1]
