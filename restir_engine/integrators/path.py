@@ -18,7 +18,7 @@ from ..kernels.attributes import attribute
 from ..kernels.camera import camera_ray, camera_reach
 from ..kernels.interaction import offset_origin, shadow_origin, surface_point
 from ..kernels.intersect import intersect, occluded
-from ..kernels.jit import device, kernel
+from ..kernels.jit import device, inlined, kernel
 from ..kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
 from ..kernels.lobes import (
     LABEL_DIFFUSE,
@@ -103,7 +103,7 @@ def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_
     return (x1 - x0) * (y1 - y0) * samples
 
 
-@device
+@inlined
 def filter_offset(table, u):
     """A pixel filter's inverse distribution at u."""
     position = u * (FILTER_TABLE_SIZE - 1)
@@ -112,7 +112,7 @@ def filter_offset(table, u):
     return a + (load_f32(table, index + 1) - a) * (position - index)
 
 
-@device
+@inlined
 def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     """Reset the PATH record to a camera ray through pixel (x, y)."""
     path = path_at(scratch + SCRATCH_PATH, 0)
@@ -150,7 +150,7 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     path.dd = dd
 
 
-@device
+@inlined
 def visibility(flags):
     """The instances' visibility bits that a path ray looks for: diffuse and glossy mean reflection only."""
     bits = flags & RAY_ALL & ~(RAY_SHADOW | RAY_TRANSPARENT | RAY_SINGULAR)
@@ -159,7 +159,7 @@ def visibility(flags):
     return bits
 
 
-@device
+@inlined
 def mis_weight(pdf, other):
     """Power heuristic."""
     a = pdf * pdf
@@ -167,7 +167,7 @@ def mis_weight(pdf, other):
     return a / (a + b) if a + b > 0.0 else 0.0
 
 
-@device
+@inlined
 def hit_weight(path, light_pdf):
     """MIS weight of light found by the path's ray, which light sampling finds with density light_pdf."""
     if path.mis_pdf <= 0.0 or light_pdf <= 0.0:
@@ -175,7 +175,7 @@ def hit_weight(path, light_pdf):
     return mis_weight(path.mis_pdf, light_pdf)
 
 
-@device
+@inlined
 def trace_path(scene, camera, integrator, film, scratch):
     """Follow the path until it leaves the scene, is absorbed, or may not go on."""
     path = path_at(scratch + SCRATCH_PATH, 0)
@@ -232,7 +232,7 @@ def trace_path(scene, camera, integrator, film, scratch):
             return
 
 
-@device
+@inlined
 def inherit(sp, path, t):
     """What a shading point knows of the path that arrives."""
     sp.ray_flags = path.flags | (RAY_LAST if path.last else 0)
@@ -247,7 +247,7 @@ def inherit(sp, path, t):
     sp.dd = path.dd
 
 
-@device
+@inlined
 def survival_probability(path, integrator):
     """Russian roulette: the probability to shade the surface. What it emits is counted in any case."""
     if path.flags & RAY_TRANSPARENT or path.bounce <= integrator.min_bounces:
@@ -255,7 +255,7 @@ def survival_probability(path, integrator):
     return min(1.0, math.sqrt(max3(vec(path.throughput))))
 
 
-@device
+@inlined
 def holdout(scene, film, path, sp):
     """Punch a holdout's share out of the alpha channel; True when nothing of the surface is left."""
     h = sp.holdout
@@ -274,7 +274,7 @@ def holdout(scene, film, path, sp):
     return False
 
 
-@device
+@inlined
 def add_lamps(scene, integrator, film, scratch, path, sp, t):
     """Light of the lamps that the path's ray passes before the distance t; lamps do not block light."""
     o = vec(path.o)
@@ -317,7 +317,7 @@ def add_world(scene, integrator, film, scratch, path, sp):
     add_hit(film, integrator, path, (r, g, b), mis, film.environment)
 
 
-@device
+@inlined
 def direct_light(scene, integrator, film, scratch, path, sp):
     """Next event estimation: one light sample, weighted against the lobes' density, if its shadow ray is free."""
     if not bsdf_has_eval(sp):
@@ -358,12 +358,12 @@ def direct_light(scene, integrator, film, scratch, path, sp):
         add3(path.pixel, film.combined, c)
 
 
-@device
+@inlined
 def share(part, whole):
     return part / whole if whole > 0.0 else 0.0
 
 
-@device
+@inlined
 def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
     """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque."""
     o = shadow_origin(scene, sp, wi)
@@ -406,13 +406,13 @@ def transparent_shadow(scene, integrator, scratch, path, o, d, tmax):
     return (0.0, 0.0, 0.0)
 
 
-@device
+@inlined
 def next_after(t):
     """A distance behind the hit at t, for going on along the same ray."""
     return t * (1.0 + 1.0e-5) + 1.0e-12
 
 
-@device
+@inlined
 def bounce(scene, integrator, path, sp):
     """Sample the lobes and make the path's next ray; False when there is none."""
     if sp.n_closures == 0:
@@ -453,7 +453,7 @@ def pass_through(path, sp, integrator, weight):
     return path.transparent_bounce < integrator.transparent_bounces
 
 
-@device
+@inlined
 def next_state(path, integrator, label, pdf):
     """Count the bounce, set the flags of the next ray, and note when it may only find light."""
     path.bounce += 1

@@ -2,17 +2,17 @@
 
 import math
 
-from .jit import device
+from .jit import device, inlined
 from .memory import load_f32, store_f32
 from .vec import vec
 
 
-@device
+@inlined
 def add1(pixel, offset, x):
     store_f32(pixel, offset, load_f32(pixel, offset) + x)
 
 
-@device
+@inlined
 def add3(pixel, offset, c):
     """Add to three channels of a pixel; an offset of -1 is a pass that nobody wants."""
     if offset >= 0:
@@ -29,7 +29,7 @@ def set3(pixel, offset, c):
         store_f32(pixel, offset + 2, c[2])
 
 
-@device
+@inlined
 def clamp_contribution(c, limit):
     """Scale a contribution whose channels add up to more than `limit`; one that is not finite becomes black."""
     total = abs(c[0]) + abs(c[1]) + abs(c[2])
@@ -54,7 +54,7 @@ def add_light(film, pixel, c, indirect, diffuse, glossy):
         add3(pixel, film.transmission_indirect if indirect else film.transmission_direct, t)
 
 
-@device
+@inlined
 def add_hit(film, integrator, path, radiance, mis, own_pass):
     """Add light that the path's ray found by itself; seen directly it belongs to `own_pass` (emission, environment)."""
     t = path.throughput

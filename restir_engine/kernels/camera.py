@@ -2,7 +2,7 @@
 
 import math
 
-from .jit import device
+from .jit import device, inlined
 from .records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA
 from .vec import add, cross, dot, length, madd, normalize, scale, sub, transform_point, transform_vector
 
@@ -38,7 +38,7 @@ def camera_reach(camera, d):
     return reach
 
 
-@device
+@inlined
 def _perspective(camera, px, py, lens_u, lens_v):
     """In camera space: (lens point, unit direction, distance to the near plane, dp, dd)."""
     step_x = (camera.screen[1] - camera.screen[0]) / camera.width

@@ -2,7 +2,7 @@
 
 import math
 
-from .jit import device
+from .jit import device, inlined
 from .records import (
     RAY_CAMERA,
     RAY_DIFFUSE,
@@ -20,7 +20,7 @@ from .shader_vm import shader_eval
 from .vec import dot, neg, put, vec
 
 
-@device
+@inlined
 def shadow_point(scratch, sp):
     """The scratch's second shading point with the path's depths, as next event estimation sees emission."""
     point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
@@ -40,7 +40,7 @@ def shadow_point(scratch, sp):
     return point
 
 
-@device
+@inlined
 def run_emission(scene, point):
     """The emission of a prepared point; black without a program."""
     if point.material < 0:
@@ -49,7 +49,7 @@ def run_emission(scene, point):
     return vec(point.emission)
 
 
-@device
+@inlined
 def off_surface(point, material, light, p, ng, d, t, u, v):
     """Make `point` a point of a lamp (or of the world, light -1) that a ray along d sees at distance t.
 
@@ -76,13 +76,13 @@ def off_surface(point, material, light, p, ng, d, t, u, v):
     put(point.dpdv, (0.0, 0.0, 0.0))
 
 
-@device
+@inlined
 def world_point(scene, point, d):
     """Make `point` the world in direction d; its position is the direction itself."""
     off_surface(point, scene.world_material, -1, d, neg(d), d, math.inf, 0.0, 0.0)
 
 
-@device
+@inlined
 def visible_to(visibility, ray_flags):
     """Whether a light or the world with these RAY_* bits is seen by a ray with those; glossy means reflection only."""
     hidden = ray_flags & ~visibility

@@ -1,6 +1,6 @@
 """From a hit to a shading point, and from a shading point to the origin of the next ray."""
 
-from .jit import device
+from .jit import device, inlined
 from .memory import load_i32, load_u8, load_u32
 from .records import DOMAIN_CORNER, instance_at, mesh_at
 from .vec import (
@@ -26,7 +26,7 @@ from .vec import (
 POSITION_ERROR = 16.0 * 2.0**-24
 
 
-@device
+@inlined
 def surface_point(scene, sp, instance, primitive, u, v, t, d):
     """Fill the geometry of `sp` at barycentrics (u, v) of a triangle that a ray along d (unit) hit at distance t.
 
@@ -75,7 +75,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     put(sp.dpdv, ac_world)
 
 
-@device
+@inlined
 def object_normal(mesh, primitive, u, v):
     """The interpolated normal of a smooth triangle in object space, not normalised; zero for a flat one."""
     if not is_smooth(mesh, primitive):
@@ -98,7 +98,7 @@ def _corner_normal(mesh, primitive, corner):
     return load3_f32(mesh.normals, load_u32(table, 3 * primitive + corner))
 
 
-@device
+@inlined
 def _material(scene, placed, mesh, primitive):
     slot = 0
     if mesh.material_slots != 0:
@@ -106,13 +106,13 @@ def _material(scene, placed, mesh, primitive):
     return load_i32(scene.material_slots, placed.materials + slot)
 
 
-@device
+@inlined
 def largest(a):
     """The largest absolute component."""
     return max(abs(a[0]), max(abs(a[1]), abs(a[2])))
 
 
-@device
+@inlined
 def _magnitude(m, size):
     """A bound of the terms that add up to the image of a point whose coordinates are not larger than `size`."""
     x = (abs(m[0]) + abs(m[1]) + abs(m[2])) * size + abs(m[3])
@@ -121,7 +121,7 @@ def _magnitude(m, size):
     return max(x, max(y, z))
 
 
-@device
+@inlined
 def offset_origin(sp, wi):
     """The origin of a ray that leaves the surface towards wi: off it by the position's error, on the side of wi."""
     ng = vec(sp.ng)

@@ -3,7 +3,7 @@
 from numba import types
 
 from ..embree import library
-from .jit import device
+from .jit import inlined
 from .memory import load_f32, load_u32, store_f32, store_u32
 from .records import SCRATCH_RAY, SCRATCH_SHADOW_RAY
 
@@ -16,7 +16,7 @@ rtc_occluded1 = types.ExternalFunction("restir_rtcOccluded1", _QUERY)
 INVALID = 0xFFFFFFFF
 
 
-@device
+@inlined
 def _put_ray(ray, o, d, tmin, tmax, mask):
     """Fill an RTCRay; its layout is that of embree4/rtcore_ray.h."""
     store_f32(ray, 0, o[0])
@@ -33,7 +33,7 @@ def _put_ray(ray, o, d, tmin, tmax, mask):
     store_u32(ray, 11, 0)
 
 
-@device
+@inlined
 def intersect(scene, scratch, o, d, tmin, tmax, mask):
     """Nearest hit of a ray: (t, instance, primitive, u, v); instance -1 where nothing is hit.
 
@@ -53,7 +53,7 @@ def intersect(scene, scratch, o, d, tmin, tmax, mask):
     return load_f32(ray, 8), instance, load_u32(ray, 17), load_f32(ray, 15), load_f32(ray, 16)
 
 
-@device
+@inlined
 def occluded(scene, scratch, o, d, tmax, mask):
     """Whether anything visible to `mask` lies on the segment of length tmax."""
     ray = scratch + SCRATCH_SHADOW_RAY

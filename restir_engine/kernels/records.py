@@ -111,7 +111,7 @@ MATERIAL = _record(
     ("lambert", 3),  # weight of the one lobe of MATERIAL_LAMBERT
 )
 MATERIAL_EMITS = 1
-MATERIAL_LAMBERT = 8  # nothing but a Lambert lobe of the constant weight `lambert`: the program need not run
+MATERIAL_LAMBERT = 8  # nothing but a Lambert lobe of weight `lambert`: the program need not run
 MATERIAL_TRANSPARENT = 2  # may let shadow rays through
 MATERIAL_VARYING_EMISSION = 4  # emission depends on the point (a texture)
 
@@ -120,7 +120,7 @@ IMAGE = _record(
     "width",
     "height",
     "flags",  # IMAGE_* bits
-    "decode",  # float32 [IMAGE_DECODE + 1]: encoded colour in [0, 1] to scene linear, after filtering; 0: linear already
+    "decode",  # float32 [IMAGE_DECODE + 1]: encoded colour in [0, 1] to scene linear, after filtering; 0: linear
 )
 IMAGE_BYTES = 1  # pixels are uint8
 IMAGE_DECODE = 1024

@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import opcodes as ops
-from .jit import Entry, device, entry
+from .jit import Entry, device, entry, inlined
 from .lobes.closure import LOBE_LAMBERT, add_closure
 from .lobes.entries import BSDF_ENTRIES, FIRST, makes_lobes
 from .memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
@@ -89,7 +89,7 @@ def _conversion_op(op, registers, code, at):
     store3_f64(registers, out, (x, y, z))
 
 
-@device
+@inlined
 def _reset(sp):
     """Clear what programs write."""
     put(sp.emission, (0.0, 0.0, 0.0))

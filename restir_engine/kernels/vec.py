@@ -2,7 +2,7 @@
 
 import math
 
-from .jit import device
+from .jit import device, inlined
 from .memory import load_f32, load_f64, store_f64
 
 
@@ -53,7 +53,7 @@ def length(a):
     return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-@device
+@inlined
 def normalize(a):
     """a / |a|; the zero vector stays zero."""
     n = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
@@ -89,7 +89,7 @@ def reflect(i, n):
     return madd(neg(i), n, 2.0 * dot(i, n))
 
 
-@device
+@inlined
 def frame(n):
     """Two unit tangents (t, b) so that (t, b, n) is right-handed (Duff et al. 2017)."""
     sign = 1.0 if n[2] >= 0.0 else -1.0

@@ -7,7 +7,7 @@ Within a pixel the density is constant by solid angle.
 import math
 
 from .emission import luminance, run_emission, shadow_point, visible_to, world_point
-from .jit import device, kernel
+from .jit import device, inlined, kernel
 from .memory import load_f32, load_u16, store_f32, store_f64
 from .records import (
     LIGHT_SAMPLE_NO_SHADOW,
@@ -82,7 +82,7 @@ def _map_pdf(table, d):
     return p * n / (2.0 * math.pi * (_row_height(row + 1, table.height) - _row_height(row, table.height)))
 
 
-@device
+@inlined
 def _other_pdf(table, d):
     """What sun and uniform sphere add to the density of the mixture."""
     pdf = table.uniform / (4.0 * math.pi)
@@ -138,7 +138,7 @@ def world_pdf(scene, d):
     return share * (pdf + _other_pdf(table, d))
 
 
-@device
+@inlined
 def world_radiance(scene, scratch, sp, o, d):
     """(red, green, blue) of the world as a ray from o along d sees it.
 

@@ -42,7 +42,7 @@ class Scene:
         self._arrays: list[np.ndarray] = []
 
     def attribute_name(self, name: str) -> int:
-        """The number that stands for an attribute's name in programs and meshes; "" is the render UV map. See `names`."""
+        """The number that stands for an attribute in programs and meshes; "" is the render UV map. See `names`."""
         return self.attribute_names.setdefault(name, len(self.attribute_names))
 
     @property

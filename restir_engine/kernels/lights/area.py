@@ -5,7 +5,7 @@ Everything is computed in the lamp's plane: u and v along its axes from the cent
 
 import math
 
-from ..jit import device
+from ..jit import device, inlined
 from ..records import LIGHT_DELTA, LIGHT_ELLIPSE
 from ..vec import dot, madd, put, sub, vec
 from ..warp import disk
@@ -15,7 +15,7 @@ from ..warp import disk
 _FAR = 0.1
 
 
-@device
+@inlined
 def _axes(light):
     p = light.p
     return (p[0], p[1], p[2]), (p[4], p[5], p[6]), (p[8], p[9], p[10])
@@ -27,7 +27,7 @@ def normal_of(light):
     return (light.p[8], light.p[9], light.p[10])
 
 
-@device
+@inlined
 def _height(light, o):
     """(u, v, height) of o in the frame of the lamp."""
     a, b, n = _axes(light)
@@ -35,7 +35,7 @@ def _height(light, o):
     return dot(w, a), dot(w, b), dot(w, n)
 
 
-@device
+@inlined
 def spread_factor(light, cos):
     """Share of the light that passes the grid at an angle with this cosine to the normal, normalised for power."""
     norm = light.p[12]
@@ -44,7 +44,7 @@ def spread_factor(light, cos):
     return max((light.p[11] - math.sqrt(max(1.0 - cos * cos, 0.0)) / cos) * norm, 0.0)
 
 
-@device
+@inlined
 def _region(light, qu, qv, h):
     """The part of the lamp worth sampling: (ellipse, centre u, centre v, width, height); width 0: nothing is seen.
 
@@ -73,14 +73,14 @@ def _region(light, qu, qv, h):
     return 1.0, 0.0, 0.0, lu, lv
 
 
-@device
+@inlined
 def _is_far(x, y, h, width, height):
     """Whether a rectangle is small as seen from (x, y, h) relative to its centre."""
     side = max(width, height)
     return side * side < _FAR * (x * x + y * y + h * h)
 
 
-@device
+@inlined
 def _edge_normals(x0, x1, y0, y1, h):
     """The component towards the plane of the unit normals of the four planes through o and an edge."""
     h2 = h * h
@@ -92,7 +92,7 @@ def _edge_normals(x0, x1, y0, y1, h):
     )
 
 
-@device
+@inlined
 def _turn(x, y):
     """cos and sin of asin x + asin y."""
     cx = math.sqrt(max(1.0 - x * x, 0.0))
@@ -100,7 +100,7 @@ def _turn(x, y):
     return cx * cy - x * y, cx * y + cy * x
 
 
-@device
+@inlined
 def _solid_angle(a, b, c, d):
     """(solid angle, cos and sin of asin cd + asin da) from the edge normals.
 
@@ -119,7 +119,7 @@ def rectangle_solid_angle(x0, x1, y0, y1, h):
     return _solid_angle(a, b, c, d)[0]
 
 
-@device
+@inlined
 def _rectangle_sample(x0, x1, y0, y1, h, s, t):
     """(x, y, solid angle): a point of the rectangle, uniform by solid angle (Ureña, Fajardo and King 2013)."""
     a, b, c, d = _edge_normals(x0, x1, y0, y1, h)
@@ -140,7 +140,7 @@ def _rectangle_sample(x0, x1, y0, y1, h, s, t):
     return x, min(max(y, y0), y1), solid_angle
 
 
-@device
+@inlined
 def sample_area(light, o, u0, u1, ls):
     """Choose a point of an area light for o; returns the factor on its strength, 0: no sample."""
     qu, qv, h = _height(light, o)

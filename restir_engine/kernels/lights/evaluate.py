@@ -1,7 +1,7 @@
 """Lamps that a ray finds: which, and what they add."""
 
 from ..emission import off_surface, run_emission, shadow_point, visible_to
-from ..jit import device
+from ..jit import device, inlined
 from ..memory import call_entry, load_f64, load_i64, record_address
 from ..records import (
     LIGHT_AREA,
@@ -20,14 +20,14 @@ from .select import lamp_probability
 from .sun import in_sun
 
 
-@device
+@inlined
 def _found_by(light, ray_flags):
     if ray_flags & RAY_CAMERA == 0 and light.flags & LIGHT_HITTABLE == 0:
         return False
     return visible_to(light.visibility, ray_flags)
 
 
-@device
+@inlined
 def lights_intersect(scene, o, d, tmin, tmax, ray_flags):
     """(index, t) of the nearest lamp with a place that the ray meets between tmin and tmax; index -1: none.
 
@@ -51,7 +51,7 @@ def lights_intersect(scene, o, d, tmin, tmax, ray_flags):
     return found, tmax
 
 
-@device
+@inlined
 def sun_next(scene, d, first, ray_flags):
     """The first sun at index `first` (0 to begin with) or above that a ray which leaves the scene sees; -1: none."""
     if scene.light_table == 0:

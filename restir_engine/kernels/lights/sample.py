@@ -1,7 +1,7 @@
 """Next event estimation: one light, one point on it."""
 
 from ..emission import off_surface, run_emission, shadow_point
-from ..jit import device
+from ..jit import device, inlined
 from ..memory import call_entry, load_i64, record_address
 from ..records import (
     LIGHT_DELTA,
@@ -18,7 +18,7 @@ from .entries import SAMPLE, SAMPLE_TRIANGLE, SAMPLE_WORLD
 from .select import choose_lamp, set_receiver
 
 
-@device
+@inlined
 def _sample_lamp(scene, table, sp, scratch, u, ls):
     """Choose a lamp by u and a point by ls.uv; ls.pdf leaves out the choice between lamps, triangles and world."""
     o = vec(sp.p)

@@ -2,7 +2,7 @@
 
 import math
 
-from ..jit import device
+from ..jit import device, inlined
 from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT
 from ..memory import load_f64
 from ..records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, closure_at, light_at, light_table_at
@@ -17,7 +17,7 @@ _OUTSIDE = 0.01
 _BEHIND = 0.02
 
 
-@device
+@inlined
 def set_receiver(scene, sp):
     """Note in sp.receiver the normal that lamps are weighed by: none where light passes through the surface."""
     put(sp.receiver, (0.0, 0.0, 0.0))
@@ -30,7 +30,7 @@ def set_receiver(scene, sp):
     put(sp.receiver, vec(sp.n))
 
 
-@device
+@inlined
 def _importance(light, o, n):
     """Roughly the irradiance that a lamp sends to o with normal n (zero: any); 0 only where it sends none."""
     if light.kind == LIGHT_SUN:
@@ -65,7 +65,7 @@ def _importance(light, o, n):
     return light.importance * near
 
 
-@device
+@inlined
 def choose_lamp(scene, o, n, u):
     """(index, probability) of a lamp for o with normal n; probability 0: none lights it."""
     table = light_table_at(scene.light_table, 0)

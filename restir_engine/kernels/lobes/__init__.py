@@ -8,7 +8,7 @@ from .closure import (
     LABEL_TRANSMIT,
     LABEL_TRANSPARENT,
 )
-from .dispatch import bsdf_eval, bsdf_op, bsdf_sample
+from .dispatch import bsdf_eval, bsdf_sample
 from .nodes import BSDF_NODES
 from .passes import bsdf_blur, bsdf_color, bsdf_has_eval, bsdf_normal, bsdf_roughness, denoise_features
 from .tables import lobe_tables
@@ -26,7 +26,6 @@ __all__ = [
     "bsdf_eval",
     "bsdf_has_eval",
     "bsdf_normal",
-    "bsdf_op",
     "bsdf_roughness",
     "bsdf_sample",
     "denoise_features",

@@ -2,7 +2,7 @@
 
 import math
 
-from ..jit import device
+from ..jit import device, inlined
 from ..records import closure_at
 from ..vec import dot, frame, neg, to_world, vec
 from .closure import LOBE_LAMBERT, LOBE_OREN_NAYAR, add_closure
@@ -14,7 +14,7 @@ _INV_PI = 1.0 / math.pi
 _P_A, _P_B, _P_MULTIPLE, _P_ROUGHNESS = 0, 1, 2, 5
 
 
-@device
+@inlined
 def concentric_disk(u0, u1):
     """A point on the unit disk, areas kept (Shirley and Chiu 1997)."""
     a, b = 2.0 * u0 - 1.0, 2.0 * u1 - 1.0
@@ -27,7 +27,7 @@ def concentric_disk(u0, u1):
     return b * math.sin(phi), b * math.cos(phi)
 
 
-@device
+@inlined
 def cosine_direction(n, u0, u1):
     """A direction about n with the density cos θ / π."""
     x, y = concentric_disk(u0, u1)
@@ -92,14 +92,14 @@ def oren_nayar_eval(c, wo, wi):
     )
 
 
-@device
+@inlined
 def lambert_eval(c, wi, side):
     """(value, pdf) of cosine-distributed light about n (side 1) or -n (side -1): both cos θ / π."""
     cosine = side * dot(vec(c.n), wi)
     return max(cosine, 0.0) * _INV_PI
 
 
-@device
+@inlined
 def diffuse_sample(c, side, u0, u1):
     """A cosine-distributed direction about n (side 1) or -n (side -1)."""
     n = vec(c.n)

@@ -5,10 +5,8 @@ A direction is sampled from one closure, chosen by its sampling weight; value an
 """
 
 from ..jit import device
-from ..records import RAY_NO_LOBES, closure_at
+from ..records import closure_at
 from ..vec import dot, neg, scale, vec
-from ..vm_math import triple
-from . import nodes
 from .ashikhmin import ashikhmin_eval, ashikhmin_sample, ashikhmin_singular
 from .closure import (
     CLASS_DIFFUSE,
@@ -36,52 +34,12 @@ from .closure import (
 )
 from .diffuse import diffuse_sample, lambert_eval, oren_nayar_eval
 from .microfacet import microfacet_eval, microfacet_sample
-from .principled import principled_op
-from .setup import (
-    add_transparent,
-    diffuse_op,
-    glass_op,
-    glossy_op,
-    metallic_op,
-    refraction_op,
-    sheen_op,
-    toon_op,
-    translucent_op,
-)
 from .sheen import sheen_eval, sheen_sample, velvet_eval, velvet_sample
 from .thin import thin_eval, thin_sample
 from .toon import toon_eval, toon_sample
 
 _NONE = (0.0, 0.0, 0.0)
 _NO_VALUE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@device
-def bsdf_op(op, scene, sp, registers, code, at):
-    """Run a BSDF node's instruction: append closures to `sp`, add to its transparency and emission."""
-    if op == nodes.PRINCIPLED:
-        principled_op(scene, sp, registers, code, at)
-    elif op == nodes.TRANSPARENT:
-        weight, color = triple(registers, code, at), triple(registers, code, at + 1)
-        add_transparent(sp, (weight[0] * color[0], weight[1] * color[1], weight[2] * color[2]))
-    elif sp.ray_flags & RAY_NO_LOBES:
-        return
-    elif op == nodes.DIFFUSE:
-        diffuse_op(sp, registers, code, at)
-    elif op == nodes.GLOSSY:
-        glossy_op(scene, sp, registers, code, at)
-    elif op == nodes.METALLIC:
-        metallic_op(scene, sp, registers, code, at)
-    elif op == nodes.GLASS:
-        glass_op(scene, sp, registers, code, at)
-    elif op == nodes.REFRACTION:
-        refraction_op(sp, registers, code, at)
-    elif op == nodes.TRANSLUCENT:
-        translucent_op(sp, registers, code, at)
-    elif op == nodes.SHEEN:
-        sheen_op(scene, sp, registers, code, at)
-    elif op == nodes.TOON:
-        toon_op(sp, registers, code, at)
 
 
 @device
