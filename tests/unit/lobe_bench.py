@@ -13,13 +13,13 @@ from restir_engine.kernels.lobes import (
     bsdf_eval,
     bsdf_has_eval,
     bsdf_normal,
-    bsdf_op,
     bsdf_roughness,
     bsdf_sample,
     denoise_features,
     lobe_tables,
 )
-from restir_engine.kernels.memory import address, load_f64, record_at, store_f64
+from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, FIRST, makes_lobes
+from restir_engine.kernels.memory import address, call_entry, load_f64, record_at, store_f64
 from restir_engine.kernels.records import CLOSURE, MAX_CLOSURES, SCENE, SHADING_POINT, shading_point_at
 
 _scene_at = record_at(SCENE)
@@ -28,8 +28,9 @@ COLUMNS = 14  # label, wi, 9 of value, pdf
 
 
 @kernel
-def _run(scene, sp, op, registers, code):
-    bsdf_op(op, _scene_at(scene, 0), shading_point_at(sp, 0), registers, code, 0)
+def _run(scene, sp, op, registers, instruction):
+    if makes_lobes(op, shading_point_at(sp, 0)):
+        call_entry(instruction, scene, sp, op, registers, 0)
 
 
 @kernel
@@ -122,7 +123,9 @@ class Surface:
         words += [values[inputs.pop(name, next(iter(values)))] for name, values in layout.enums]
         assert not inputs, f"{node} has no {inputs}"
         self._code = np.array(words, np.int32)
-        _run(address(self._scene), address(self._point), layout.opcode, address(self.registers), address(self._code))
+        self._scene[0]["code"] = address(self._code)
+        instruction = BSDF_ENTRIES[layout.opcode - FIRST].address
+        _run(address(self._scene), address(self._point), layout.opcode, address(self.registers), instruction)
 
     def _put(self, register, value):
         self.registers[register : register + len(value)] = value
