@@ -51,7 +51,7 @@ def _reverse(typingctx, x):
 
 @device
 def _laine_karras(x, seed):
-    """Owen scrambling of bit-reversed numbers: the bits below one decide whether it is flipped (Vegdahl's constants)."""
+    """Owen scrambling of bit-reversed numbers: bits below it decide whether one is flipped (Vegdahl's constants)."""
     x = x ^ (x * 0x3D20ADEA & 0xFFFFFFFF)
     x = (x + seed) & 0xFFFFFFFF
     x = x * ((seed >> 16) | 1) & 0xFFFFFFFF
