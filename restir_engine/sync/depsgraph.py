@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -19,7 +19,7 @@ from .hashing import hash_uint2, to_unit
 from .lights import sync_light
 from .materials import Materials
 from .mesh import add_attributes, read_mesh, readable
-from .objects import instance_flags, name_random, property_value, ray_visibility
+from .objects import instance_flags, instancer_values, name_random, property_value, ray_visibility
 from .world import sync_world
 
 
@@ -53,9 +53,12 @@ class _Placed:
     terminator: float = 0.0
     particles: bool = False
     attributes: tuple[int, int] = (0, 0)  # address and count
+    properties: list[Attribute] = field(default_factory=list)  # what `attributes` is the table of
+    instancer: list[tuple[int, dict]] = field(default_factory=list)  # name, values by instance
 
 
 _LIGHT = -1  # stands for a lamp among the numbers of what is placed
+_NO_ID = 0x7FFFFFFF  # ends a persistent_id, which goes from the innermost instance to the outermost
 
 
 class _Reader:
@@ -76,7 +79,7 @@ class _Reader:
 
     def read(self) -> None:
         """Fill meshes, instances, material slots and lights of the scene."""
-        placed, particle = [], []
+        placed, particle, own = [], [], {}
         instances = self.depsgraph.object_instances
         is_instance = _column(instances, "is_instance", (len(instances),), bool)
         for instance, instanced in zip(instances, is_instance.tolist(), strict=True):
@@ -84,8 +87,10 @@ class _Reader:
             placed.append(index)
             if self._placed[index].particles:
                 particle.append((len(placed) - 1, instance.persistent_id[0]))
+            if self._placed[index].instancer:
+                own[len(placed) - 1] = self._own_attributes(self._placed[index], instance.persistent_id)
         self.scene.material_slots = np.array(self._slot_values, np.int32)
-        self._build(np.array(placed, np.int64), is_instance, particle)
+        self._build(np.array(placed, np.int64), is_instance, particle, own)
 
     def _visit(self, instance, instanced: bool) -> int:
         """The number of the `_Placed` that this instance belongs to, 0 where nothing is rendered of it as a surface."""
@@ -131,6 +136,7 @@ class _Reader:
         flags = instance_flags(instance, self.view_layer)
         if flags & INSTANCE_SHADOW_CATCHER:
             self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")
+        properties = self._properties(instance)
         return _Placed(
             mesh=mesh,
             materials=self._slot_start(materials),
@@ -144,7 +150,9 @@ class _Reader:
             color=tuple((instance.parent or item).color),
             terminator=item.shadow_terminator_geometry_offset,
             particles=instance.is_instance and instance.particle_system is not None,
-            attributes=self._properties(instance),
+            attributes=self._attribute_table(properties),
+            properties=properties,
+            instancer=self._instancer_values(instance),
         )
 
     def _material_indices(self, item, data) -> tuple[int, ...]:
@@ -179,8 +187,8 @@ class _Reader:
         self._meshes[data.as_pointer()] = (index, len(self.scene.attribute_names))
         return index
 
-    def _properties(self, instance) -> tuple[int, int]:
-        """Address and length of the table of the properties that Attribute nodes ask objects for."""
+    def _properties(self, instance) -> list[Attribute]:
+        """The properties of an object, or of what it belongs to, that Attribute nodes ask for."""
         found = []
         for name, index in self.scene.attribute_names.items():
             asked = names.split_object_property(name)
@@ -188,14 +196,38 @@ class _Reader:
                 value = property_value(*asked, instance, self.depsgraph.scene, self.view_layer)
                 if value is not None:
                     found.append(Attribute(index, DOMAIN_MESH, np.array([value])))
+        return found
+
+    def _instancer_values(self, instance) -> list[tuple[int, dict]]:
+        """What geometry nodes have stored with an instancer's instances, where Attribute nodes ask for it."""
+        asked = ((index, names.split_object_property(name)) for name, index in self.scene.attribute_names.items())
+        wanted = {index: pair[1] for index, pair in asked if pair and pair[0] == "INSTANCER"}
+        if not wanted or instance.parent is None:
+            return []
+        found = ((index, instancer_values(instance.parent, name)) for index, name in wanted.items())
+        return [(index, values) for index, values in found if values]
+
+    def _own_attributes(self, placed: _Placed, persistent_id) -> tuple[int, int]:
+        """The table of one instance: its own values go before properties of objects."""
+        number = next((i for i in reversed(persistent_id) if i != _NO_ID), -1)
+        rows = [(index, values[number]) for index, values in placed.instancer if number in values]
+        own = [Attribute(index, DOMAIN_MESH, np.array([row])) for index, row in rows]
+        return self._attribute_table(own + placed.properties)
+
+    def _attribute_table(self, found: list[Attribute]) -> tuple[int, int]:
+        """Address and length of a table that the scene keeps."""
         if not found:
             return 0, 0
         table = attribute_table(found)
         self.scene.instance_attributes.append((table, found))
         return address(table), len(table)
 
-    def _build(self, placed: np.ndarray, is_instance: np.ndarray, particle: list[tuple[int, int]]) -> None:
-        """The INSTANCE array. placed: a number for each instance; particle: (instance, particle) index pairs."""
+    def _build(self, placed: np.ndarray, is_instance: np.ndarray, particle: list[tuple[int, int]], own: dict) -> None:
+        """The INSTANCE array.
+
+        placed: a number for each instance; particle: (instance, particle) index pairs; own: attribute tables of
+        instances that have values of their own.
+        """
         instances = self.depsgraph.object_instances
         count = len(placed)
         matrices = _column(instances, "matrix_world", (count, 4, 4), np.float32)
@@ -204,14 +236,17 @@ class _Reader:
         chosen = np.flatnonzero((placed > 0) & usable(matrices))
         which = placed[chosen]
 
-        def of_object(field: str) -> np.ndarray:
-            return np.array([getattr(item, field) for item in self._placed])[which]
+        def of_object(name: str) -> np.ndarray:
+            return np.array([getattr(item, name) for item in self._placed])[which]
 
         is_instance = is_instance[chosen]
         random_id = _column(instances, "random_id", (count,), np.int32)[chosen]
         orco = _column(instances, "orco", (count, 3), np.float32)[chosen]
         uv = _column(instances, "uv", (count, 2), np.float32)[chosen]
-        attributes = of_object("attributes")
+        attributes = np.array([item.attributes for item in self._placed])[placed]
+        for number, table in own.items():
+            attributes[number] = table
+        attributes = attributes[chosen]
         particle_random = np.zeros(count)
         if particle:
             owners, numbers = np.array(particle).T
@@ -226,8 +261,8 @@ class _Reader:
             attributes=attributes[:, 0],
             n_attributes=attributes[:, 1],
             **{
-                field: of_object(field)
-                for field in ("materials", "n_materials", "visibility", "flags", "object_index", "color", "terminator")
+                name: of_object(name)
+                for name in ("materials", "n_materials", "visibility", "flags", "object_index", "color", "terminator")
             },
         )
         shown = np.bincount(self.scene.instances["mesh"], minlength=len(self.scene.meshes))

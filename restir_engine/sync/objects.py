@@ -13,6 +13,7 @@ from ..kernels.records import (
     RAY_VOLUME,
 )
 from .hashing import hash_string, hash_uint2, to_unit
+from .mesh import read_values
 
 RAY_VISIBILITY = {
     "visible_camera": RAY_CAMERA,
@@ -70,6 +71,19 @@ def property_value(kind: str, name: str, instance, scene, view_layer) -> tuple[f
     return None
 
 
+def instancer_values(instancer, name: str) -> dict[int, tuple[float, float, float, float]]:
+    """An attribute that geometry nodes have stored with the instances of an object, by the number of the instance."""
+    geometry = instancer.evaluated_geometry()  # owns the points
+    points = geometry.instances_pointcloud()
+    attribute = points.attributes.get(name) if points else None
+    values = None if attribute is None else read_values(attribute)
+    if values is None:
+        return {}
+    numbers = points.attributes.get("id")
+    numbers = range(len(values)) if numbers is None else read_values(numbers)[:, 0].tolist()
+    return {number: _four(row) for number, row in zip(numbers, values.tolist(), strict=True)}
+
+
 def _lookup(owner, name: str) -> tuple[float, float, float, float] | None:
     value = owner.get(name)
     if value is None:
@@ -78,11 +92,18 @@ def _lookup(owner, name: str) -> tuple[float, float, float, float] | None:
         except ValueError:
             return None
     if isinstance(value, (bool, int, float)):
-        return float(value), float(value), float(value), 1.0
+        return _four([float(value)])
     try:
         numbers = [float(x) for x in value]
     except (TypeError, ValueError):
         return None
     if not 1 <= len(numbers) <= 4:
         return None
+    return _four(numbers)
+
+
+def _four(numbers: list[float]) -> tuple[float, float, float, float]:
+    """What an Attribute node makes of 1 to 4 numbers: one of them goes to all channels."""
+    if len(numbers) == 1:
+        return numbers[0], numbers[0], numbers[0], 1.0
     return tuple(numbers + [0.0, 0.0, 0.0, 1.0][len(numbers) :])

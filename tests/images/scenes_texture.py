@@ -122,18 +122,18 @@ def patterns():
 
 @scene(1)
 def texture_coordinates():
-    def normal_color(node, socket):
-        return node("VectorMath", {0: socket, 1: (0.5,) * 3, 2: (0.5,) * 3}, operation="MULTIPLY_ADD")
+    def fraction(node, socket):
+        return node("VectorMath", {0: socket}, operation="FRACTION")
 
     show(
         [
             lambda node: coordinates(node),
-            lambda node: normal_color(node, coordinates(node, "Normal")),
-            lambda node: normal_color(node, coordinates(node, "Object")),
-            lambda node: normal_color(node, coordinates(node, "Camera")),
+            lambda node: fraction(node, coordinates(node, "Normal")),
+            lambda node: fraction(node, coordinates(node, "Object")),
+            lambda node: fraction(node, coordinates(node, "Camera")),
             lambda node: coordinates(node, "Window"),
-            lambda node: normal_color(node, coordinates(node, "Reflection")),
-            lambda node: normal_color(node, node("NewGeometry").outputs["Tangent"]),
+            lambda node: fraction(node, coordinates(node, "Reflection")),
+            lambda node: fraction(node, node("NewGeometry").outputs["Tangent"]),
         ],
         "monkey",
         0.4,
