@@ -253,24 +253,39 @@ def test_subsurface_is_announced():
     assert len(warnings) == 1 and "subsurface scattering is rendered as diffuse" in warnings[0]
 
 
-def test_displacement_bends_the_normal_as_cycles_bends_it():
+def _displaced(identifier, space):
     """Facing of a surface whose material output has a displacement."""
 
     def build(tree):
         facing = add_node(tree, "ShaderNodeLayerWeight", inputs={"Blend": 0.5})
-        wave = add_node(tree, "ShaderNodeMath", operation="SINE")
+        wave = add_node(tree, "ShaderNodeVectorMath", operation="SINE")
         scaled = add_node(tree, "ShaderNodeVectorMath", operation="SCALE", inputs={"Scale": 12.0})
         tree.links.new(add_node(tree, "ShaderNodeTexCoord").outputs["Generated"], scaled.inputs[0])
-        split = add_node(tree, "ShaderNodeSeparateXYZ", inputs={0: scaled.outputs[0]})
-        tree.links.new(split.outputs[0], wave.inputs[0])
-        node = add_node(tree, "ShaderNodeDisplacement", inputs={"Height": wave.outputs[0], "Scale": 0.05})
+        tree.links.new(scaled.outputs[0], wave.inputs[0])
+        source = "Height" if identifier == "ShaderNodeDisplacement" else "Vector"
+        inputs = {source: wave.outputs[0], "Scale": 0.05, "Midlevel": 0.2}
+        node = add_node(tree, identifier, inputs=inputs, space=space)
         output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
         tree.links.new(node.outputs[0], output.inputs["Displacement"])
         return facing.outputs["Facing"]
 
-    result = compare({"displacement": build})["displacement"]
-    assert np.ptp(result.cycles) > 0.1
-    assert result.error < 2e-3
+    return build
+
+
+DISPLACEMENTS = {
+    f"{identifier} {space}": _displaced(identifier, space)
+    for identifier, spaces in (
+        ("ShaderNodeDisplacement", ("OBJECT", "WORLD")),
+        ("ShaderNodeVectorDisplacement", ("OBJECT", "WORLD", "TANGENT")),
+    )
+    for space in spaces
+}
+
+
+def test_displacement_bends_the_normal_as_cycles_bends_it():
+    for name, result in compare(DISPLACEMENTS).items():
+        assert np.ptp(result.cycles) > 0.1, name
+        assert result.error < 2e-3, (name, result.error)
 
 
 def test_light_and_world_trees_compile():
