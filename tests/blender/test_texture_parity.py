@@ -148,6 +148,21 @@ def test_wave_and_gabor():
     check(cases, 1e-4)
 
 
+def test_coordinates_of_unlinked_textures():
+    def unlinked(identifier):
+        return lambda tree: add_node(tree, identifier).outputs[0]
+
+    def picture(identifier):
+        return lambda tree: add_node(tree, identifier, image=new_image(64, 64)).outputs[0]
+
+    names = ("Noise", "Voronoi", "Wave", "Magic", "Gradient", "Checker", "Brick", "Gabor")
+    cases = {name: unlinked(f"ShaderNodeTex{name}") for name in names}
+    cases["White Noise flat"] = unlinked("ShaderNodeTexWhiteNoise")
+    cases["Image"] = picture("ShaderNodeTexImage")
+    cases["Environment"] = picture("ShaderNodeTexEnvironment")
+    check(cases, SMOOTH)
+
+
 def test_mapping_of_the_node_itself():
     def mapped(**settings):
         def build(tree):

@@ -131,7 +131,9 @@ def magic_texture(c, node):
 @node("ShaderNodeTexWhiteNoise")
 def white_noise_texture(c, node):
     out = c.allocate(4)
-    c.emit(ops.WHITE_NOISE, out, c.vector(node, "Vector"), c.value(node, "W"), _DIMENSIONS[node.noise_dimensions])
+    # This node alone has no coordinates of its own: an unlinked vector is the origin.
+    vector = c.vector(node, "Vector") if c.is_linked(node, "Vector") else c.constant((0.0, 0.0, 0.0))
+    c.emit(ops.WHITE_NOISE, out, vector, c.value(node, "W"), _DIMENSIONS[node.noise_dimensions])
     return {"Value": out, "Color": out + 1}
 
 
