@@ -278,6 +278,35 @@ def test_properties_of_objects(stage):
     assert near.mean() > 0.95
 
 
+def test_attributes_of_instances(stage):
+    """Attributes that geometry nodes store on instances."""
+    group = instancing_nodes()
+    store = group.nodes.new("GeometryNodeStoreNamedAttribute")
+    store.data_type, store.domain = "FLOAT_VECTOR", "INSTANCE"
+    store.inputs["Name"].default_value = "shade"
+    value = next(socket for socket in store.inputs if socket.name == "Value" and socket.enabled)
+    group.links.new(group.nodes.new("GeometryNodeInputPosition").outputs[0], value)
+    instances = next(node for node in group.nodes if node.bl_idname == "GeometryNodeInstanceOnPoints")
+    join = next(node for node in group.nodes if node.bl_idname == "GeometryNodeJoinGeometry")
+    for link in list(instances.outputs[0].links):
+        group.links.remove(link)
+    group.links.new(instances.outputs[0], store.inputs["Geometry"])
+    group.links.new(store.outputs[0], join.inputs["Geometry"])
+    bpy.ops.mesh.primitive_plane_add(size=4.0, rotation=(math.pi / 2, 0.0, 0.0))
+    bpy.context.object.modifiers.new("Nodes", "NODES").node_group = group
+
+    def shade(nodes):
+        node = nodes.new("ShaderNodeAttribute")
+        node.attribute_type, node.attribute_name = "INSTANCER", "shade"
+        return node.outputs["Vector"]
+
+    expected, found = probe.both(shade, names.object_property("shade", "INSTANCER"), -4.0, 4.0)
+    hit = found["found"] > 0.0
+    assert len(np.unique(found["instance"][hit])) == 4
+    near = np.abs(expected - found["attribute"][..., :3]).max(axis=-1)[hit] < 2e-3
+    assert near.mean() > 0.95
+
+
 def test_materials_by_slot_and_object(stage):
     stage.materials.append(bpy.data.materials.new("Data"))
     stage.materials.append(None)
