@@ -239,9 +239,9 @@ LIGHT_TABLE = _record(
     "n_targets",
     "targets",  # float64 [n_targets, 5]: bounding sphere (centre, radius²) and index of the lamps that rays may find
     "n_emitters",
-    "by_importance",  # 1: lamps are chosen by their importance at the point, 0: by the alias table
-    "lamp_alias",  # ALIAS [n_lights]
-    "lamp_probabilities",  # float64 [n_lights]
+    "n_clusters",  # of lamps, chosen among before their lamps; 0: lamps are few
+    "clusters",  # float64 [n_clusters, 7]: centre, radius (-1: suns), importance, first lamp, last lamp + 1
+    "cluster_of",  # int32 [n_lights]
     "emitter_alias",  # ALIAS [n_emitters]
     "emitters",  # EMITTER [n_emitters]
     "groups",  # EMITTER_GROUP

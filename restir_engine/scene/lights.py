@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from ..kernels import records as rec
@@ -10,8 +12,8 @@ from ..kernels.lights.entries import light_entries
 from ..kernels.memory import address
 from .lamps import LUMINANCE
 
-# Up to this number lamps are weighed against each other at every point that is lit.
-_WEIGH_AT_POINT = 32
+# Lamps are weighed against each other at every point that is lit; more than this number in clusters.
+_FEW = 32
 
 # Of the choice between lamps, triangles and world, the share that goes by the root of the power: power says little
 # about what a point behind a wall or near a lamp sees.
@@ -110,15 +112,21 @@ class LightTable:
     def _commit_lamps(self, scene) -> float:
         """Put the lamps in order, suns last; returns about the irradiance that they send to the scene."""
         suns = self.lamps["kind"] == rec.LIGHT_SUN
-        lamps = np.concatenate([self.lamps[~suns], self.lamps[suns]])
+        local, suns = self.lamps[~suns], self.lamps[suns]
+        bounds = [0, len(local)]
+        if len(self.lamps) > _FEW:
+            order, bounds = clustered(local["center"], max(_FEW // 2, int(len(local) ** 0.5)))
+            local = local[order]
+        lamps = np.concatenate([local, suns])
         table, n = self._record[0], len(lamps)
-        table["n_local"] = n - int(suns.sum())
-        table["by_importance"] = n <= _WEIGH_AT_POINT
+        table["n_local"] = len(local)
         self._weigh_programs(scene, lamps)
         self._share(scene.record, "lights", lamps)
         scene.record["n_lights"] = n
         if n == 0:
             return 0.0
+        if n > _FEW:
+            self._commit_clusters(lamps, [*bounds, n] if len(suns) else bounds)
         flags, radii = lamps["flags"], lamps["radius"]
         seen = ((flags & rec.LIGHT_HITTABLE) != 0) | ((lamps["visibility"] & rec.RAY_CAMERA) != 0)
         found = np.flatnonzero(seen & ((flags & rec.LIGHT_DELTA) == 0) & (lamps["kind"] != rec.LIGHT_SUN))
@@ -126,12 +134,22 @@ class LightTable:
         targets = np.column_stack([lamps["center"], (radii * (1.0 + 1e-6) + 1e-9) ** 2, np.arange(n)])[found]
         table["n_targets"] = len(found)
         self._share(table, "targets", np.ascontiguousarray(targets))
-        weights = lamps["importance"] / self._distances(scene, lamps) ** 2
-        if not table["by_importance"]:
-            alias = AliasTable(weights + 0.05 * weights.mean())
-            self._share(table, "lamp_alias", alias.table)
-            self._share(table, "lamp_probabilities", alias.probabilities)
-        return float(weights.sum())
+        return float((lamps["importance"] / self._distances(scene, lamps) ** 2).sum())
+
+    def _commit_clusters(self, lamps: np.ndarray, bounds: list[int]) -> None:
+        """Bounding spheres and importance of the lamps between successive bounds."""
+        table = self._record[0]
+        spans = [(first, last) for first, last in pairwise(bounds) if last > first]
+        clusters = np.zeros((len(spans), 7))
+        for cluster, (first, last) in zip(clusters, spans, strict=True):
+            inside = lamps[first:last]
+            center = 0.5 * (inside["center"].min(axis=0) + inside["center"].max(axis=0))
+            reach = np.linalg.norm(inside["center"] - center, axis=1) + inside["radius"]
+            radius = -1.0 if inside["kind"][0] == rec.LIGHT_SUN else reach.max()
+            cluster[:] = (*center, radius, inside["importance"].sum(), first, last)
+        table["n_clusters"] = len(clusters)
+        self._share(table, "clusters", clusters)
+        self._share(table, "cluster_of", np.repeat(np.arange(len(spans), dtype=np.int32), [b - a for a, b in spans]))
 
     @staticmethod
     def _weigh_programs(scene, lamps: np.ndarray) -> None:
@@ -239,6 +257,23 @@ class LightTable:
         )
         # Not quite nothing where all is black: another instance may have another colour.
         return 0.9 * values + 0.1 * values.mean() + 1e-6
+
+
+def clustered(places: np.ndarray, size: int) -> tuple[np.ndarray, list[int]]:
+    """(order, bounds) of points (n, 3): those between successive bounds, at most `size`, are near one another."""
+    order = np.arange(len(places))
+    todo, bounds = [(0, len(places))], [0]
+    while todo:
+        first, last = todo.pop()
+        if last - first <= size:
+            bounds.append(last)
+            continue
+        inside = places[order[first:last]]
+        axis = int(np.argmax(np.ptp(inside, axis=0)))
+        order[first:last] = order[first:last][np.argsort(inside[:, axis], kind="stable")]
+        middle = (first + last) // 2
+        todo += [(middle, last), (first, middle)]
+    return order, bounds
 
 
 def _areas(mesh, primitives: np.ndarray) -> np.ndarray:

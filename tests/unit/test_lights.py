@@ -198,7 +198,7 @@ def test_sun():
 def test_selection_probabilities():
     """Densities of many lights add up: each is found as often as chosen, and the sum of choices is 1."""
     lamps = [LAMPS[name] for name in ("point disk", "point sphere", "area rectangle", "sun", "area disk")]
-    for count in (1, 20):  # weighed at the point; by the table
+    for count in (1, 20):  # all weighed at the point; in clusters
         scene = lamp_scene(*(lamps * count))
         s = draw(scene, (0.3, 0.2, 0.1), 30_000)
         exact = sum(irradiance(lamp_scene(lamp), (0.3, 0.2, 0.1), UP)[0] for lamp in lamps) * count
@@ -227,6 +227,27 @@ def test_selection_by_the_normal():
     drawn = s[s[:, 0] > 0.0][:500]
     found = seen(scene, (0.1, 0.2, 0.0), drawn[:, 1:4], up=1.0)
     assert (np.abs(found[:, 3] / drawn[:, 4] - 1.0) < 1e-4).mean() > 0.98
+
+
+def test_many_lamps():
+    """A street of lamps: near ones are preferred, nothing is lost, and densities of hits follow."""
+    rng = np.random.default_rng(5)
+    places = np.column_stack([rng.uniform(-50, 50, 300), rng.uniform(-3, 3, 300), rng.uniform(1, 2, 300)])
+    lamps = [point_lamp(matrix(place), WHITE, 0.2, soft=False) for place in places]
+    scene = lamp_scene(*lamps, LAMPS["sun"])
+    assert scene.lights.record["n_clusters"] > 10
+    point = (3.0, 0.5, 0.0)
+    s = draw(scene, point, 30_000, kind=LOBE_LAMBERT)
+    offsets = places - point
+    d2 = (offsets**2).sum(axis=1)
+    exact = (offsets[:, 2] / d2**1.5).sum() / (4.0 * math.pi) + irradiance(lamp_scene(LAMPS["sun"]), point, UP)[0]
+    value = np.where(s[:, 0] > 0, s[:, 5] * np.maximum(s[:, 3], 0.0) / np.where(s[:, 4] > 0, s[:, 4], 1.0), 0.0)
+    close((value.mean(), value.std() / math.sqrt(len(s))), exact, 2e-3)
+    assert value.std() < 1.5 * value.mean()
+    local = s[(s[:, 0] > 0.0) & (s[:, 11] < 1e30)][:1000]
+    found = seen(scene, point, local[:, 1:4], up=1.0)
+    assert (found[:, 3] > 0.999 * local[:, 4]).mean() > 0.99
+    assert np.median(found[:, 3] / local[:, 4]) == pytest.approx(1.0, rel=1e-6)
 
 
 def test_visibility_and_bounces():

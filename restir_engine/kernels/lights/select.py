@@ -1,13 +1,12 @@
-"""Which lamp: by its unshadowed light at the point where lamps are few, by power from a table where they are many."""
+"""Which lamp: by about the light that each sends to the point; many lamps are first chosen among as clusters."""
 
 import math
 
 from ..jit import device, inlined
 from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT
-from ..memory import load_f64
+from ..memory import load_f64, load_i32
 from ..records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, closure_at, light_at, light_table_at
-from ..vec import dot, put, sub, vec
-from ..warp import alias_pick
+from ..vec import dot, load3_f64, put, sub, vec
 from .sun import sun_direction
 
 # Weight of a lamp whose cone misses the point: the test is by bounds, so the lamp must keep a chance.
@@ -65,19 +64,72 @@ def _importance(light, o, n):
     return light.importance * near
 
 
+@device
+def _cluster_importance(table, k, o, n):
+    """The same of a cluster of lamps, more than 0."""
+    at = 7 * k
+    importance = load_f64(table.clusters, at + 4)
+    r = load_f64(table.clusters, at + 3)
+    if r < 0.0:  # suns
+        return importance
+    w = sub(o, load3_f64(table.clusters, at))
+    d2 = dot(w, w)
+    if d2 <= r * r:
+        return importance / (r * r) if r > 0.0 else importance
+    if n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0:
+        importance *= max(min((r - dot(n, w)) / math.sqrt(d2), 1.0), _BEHIND)
+    return importance / d2
+
+
+@device
+def _choose_cluster(table, o, n, u):
+    """(index, probability, u made uniform again) of a cluster."""
+    chosen = 0
+    weight = 0.0
+    total = 0.0
+    for k in range(table.n_clusters):
+        w = _cluster_importance(table, k, o, n)
+        if w > 0.0:
+            total += w
+            p = w / total
+            if u < p:
+                chosen = k
+                weight = w
+                u /= p
+            else:
+                u = min((u - p) / (1.0 - p), 0.99999999)
+    return chosen, weight / total if total > 0.0 else 0.0, u
+
+
+@device
+def _cluster_probability(table, o, n, index):
+    total = 0.0
+    weight = 0.0
+    for k in range(table.n_clusters):
+        w = _cluster_importance(table, k, o, n)
+        total += w
+        if k == index:
+            weight = w
+    return weight / total if total > 0.0 else 0.0
+
+
 @inlined
 def choose_lamp(scene, o, n, u):
     """(index, probability) of a lamp for o with normal n; probability 0: none lights it."""
-    table = light_table_at(scene.light_table, 0)
     if scene.n_lights == 1:
         return 0, 1.0
-    if not table.by_importance:
-        i, u = alias_pick(table.lamp_alias, scene.n_lights, u)
-        return i, load_f64(table.lamp_probabilities, i)
+    table = light_table_at(scene.light_table, 0)
+    first = 0
+    last = scene.n_lights
+    share = 1.0
+    if table.n_clusters > 0:
+        k, share, u = _choose_cluster(table, o, n, u)
+        first = int(load_f64(table.clusters, 7 * k + 5))
+        last = int(load_f64(table.clusters, 7 * k + 6))
     chosen = -1
     weight = 0.0
     total = 0.0
-    for i in range(scene.n_lights):
+    for i in range(first, last):
         w = _importance(light_at(scene.lights, i), o, n)
         if w > 0.0:
             total += w
@@ -88,22 +140,28 @@ def choose_lamp(scene, o, n, u):
                 u /= p
             else:
                 u = min((u - p) / (1.0 - p), 0.99999999)
-    return chosen, weight / total if total > 0.0 else 0.0
+    return chosen, share * weight / total if total > 0.0 else 0.0
 
 
 @device
 def lamp_probability(scene, o, n, index):
     """The probability with which `choose_lamp` chooses a lamp for o with normal n."""
-    table = light_table_at(scene.light_table, 0)
     if scene.n_lights == 1:
         return 1.0
-    if not table.by_importance:
-        return load_f64(table.lamp_probabilities, index)
+    table = light_table_at(scene.light_table, 0)
+    first = 0
+    last = scene.n_lights
+    share = 1.0
+    if table.n_clusters > 0:
+        k = load_i32(table.cluster_of, index)
+        share = _cluster_probability(table, o, n, k)
+        first = int(load_f64(table.clusters, 7 * k + 5))
+        last = int(load_f64(table.clusters, 7 * k + 6))
     total = 0.0
     weight = 0.0
-    for i in range(scene.n_lights):
+    for i in range(first, last):
         w = _importance(light_at(scene.lights, i), o, n)
         total += w
         if i == index:
             weight = w
-    return weight / total if total > 0.0 else 0.0
+    return share * weight / total if total > 0.0 else 0.0
