@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import bpy
 import numpy as np
@@ -52,9 +53,8 @@ class _Placed:
     color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     terminator: float = 0.0
     particles: bool = False
-    attributes: tuple[int, int] = (0, 0)  # address and count
-    properties: list[Attribute] = field(default_factory=list)  # what `attributes` is the table of
-    instancer: list[tuple[int, dict]] = field(default_factory=list)  # name, values by instance
+    properties: list[Attribute] = field(default_factory=list)  # one value each
+    instancer: list[tuple[Attribute, np.ndarray]] = field(default_factory=list)  # values by number of the instance
 
 
 _LIGHT = -1  # stands for a lamp among the numbers of what is placed
@@ -79,7 +79,7 @@ class _Reader:
 
     def read(self) -> None:
         """Fill meshes, instances, material slots and lights of the scene."""
-        placed, particle, own = [], [], {}
+        placed, particle = [], []
         instances = self.depsgraph.object_instances
         is_instance = _column(instances, "is_instance", (len(instances),), bool)
         for instance, instanced in zip(instances, is_instance.tolist(), strict=True):
@@ -87,10 +87,8 @@ class _Reader:
             placed.append(index)
             if self._placed[index].particles:
                 particle.append((len(placed) - 1, instance.persistent_id[0]))
-            if self._placed[index].instancer:
-                own[len(placed) - 1] = self._own_attributes(self._placed[index], instance.persistent_id)
         self.scene.material_slots = np.array(self._slot_values, np.int32)
-        self._build(np.array(placed, np.int64), is_instance, particle, own)
+        self._build(np.array(placed, np.int64), is_instance, particle)
 
     def _visit(self, instance, instanced: bool) -> int:
         """The number of the `_Placed` that this instance belongs to, 0 where nothing is rendered of it as a surface."""
@@ -136,7 +134,6 @@ class _Reader:
         flags = instance_flags(instance, self.view_layer)
         if flags & INSTANCE_SHADOW_CATCHER:
             self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")
-        properties = self._properties(instance)
         return _Placed(
             mesh=mesh,
             materials=self._slot_start(materials),
@@ -150,8 +147,7 @@ class _Reader:
             color=tuple((instance.parent or item).color),
             terminator=item.shadow_terminator_geometry_offset,
             particles=instance.is_instance and instance.particle_system is not None,
-            attributes=self._attribute_table(properties),
-            properties=properties,
+            properties=self._properties(instance),
             instancer=self._instancer_values(instance),
         )
 
@@ -198,36 +194,17 @@ class _Reader:
                     found.append(Attribute(index, DOMAIN_MESH, np.array([value])))
         return found
 
-    def _instancer_values(self, instance) -> list[tuple[int, dict]]:
+    def _instancer_values(self, instance) -> list[tuple[Attribute, np.ndarray]]:
         """What geometry nodes have stored with an instancer's instances, where Attribute nodes ask for it."""
         asked = ((index, names.split_object_property(name)) for name, index in self.scene.attribute_names.items())
         wanted = {index: pair[1] for index, pair in asked if pair and pair[0] == "INSTANCER"}
         if not wanted or instance.parent is None:
             return []
         found = ((index, instancer_values(instance.parent, name)) for index, name in wanted.items())
-        return [(index, values) for index, values in found if values]
+        return [(Attribute(index, DOMAIN_MESH, each[0]), each[1]) for index, each in found if each is not None]
 
-    def _own_attributes(self, placed: _Placed, persistent_id) -> tuple[int, int]:
-        """The table of one instance: its own values go before properties of objects."""
-        number = next((i for i in reversed(persistent_id) if i != _NO_ID), -1)
-        rows = [(index, values[number]) for index, values in placed.instancer if number in values]
-        own = [Attribute(index, DOMAIN_MESH, np.array([row])) for index, row in rows]
-        return self._attribute_table(own + placed.properties)
-
-    def _attribute_table(self, found: list[Attribute]) -> tuple[int, int]:
-        """Address and length of a table that the scene keeps."""
-        if not found:
-            return 0, 0
-        table = attribute_table(found)
-        self.scene.instance_attributes.append((table, found))
-        return address(table), len(table)
-
-    def _build(self, placed: np.ndarray, is_instance: np.ndarray, particle: list[tuple[int, int]], own: dict) -> None:
-        """The INSTANCE array.
-
-        placed: a number for each instance; particle: (instance, particle) index pairs; own: attribute tables of
-        instances that have values of their own.
-        """
+    def _build(self, placed: np.ndarray, is_instance: np.ndarray, particle: list[tuple[int, int]]) -> None:
+        """The INSTANCE array. placed: a number for each instance; particle: (instance, particle) index pairs."""
         instances = self.depsgraph.object_instances
         count = len(placed)
         matrices = _column(instances, "matrix_world", (count, 4, 4), np.float32)
@@ -243,10 +220,6 @@ class _Reader:
         random_id = _column(instances, "random_id", (count,), np.int32)[chosen]
         orco = _column(instances, "orco", (count, 3), np.float32)[chosen]
         uv = _column(instances, "uv", (count, 2), np.float32)[chosen]
-        attributes = np.array([item.attributes for item in self._placed])[placed]
-        for number, table in own.items():
-            attributes[number] = table
-        attributes = attributes[chosen]
         particle_random = np.zeros(count)
         if particle:
             owners, numbers = np.array(particle).T
@@ -258,16 +231,45 @@ class _Reader:
             dupli_generated=np.where(is_instance[:, None], 0.5 * orco - 0.5, 0.0),
             dupli_uv=np.where(is_instance[:, None], uv, 0.0),
             particle=particle_random[chosen],
-            attributes=attributes[:, 0],
-            n_attributes=attributes[:, 1],
             **{
                 name: of_object(name)
                 for name in ("materials", "n_materials", "visibility", "flags", "object_index", "color", "terminator")
             },
         )
+        self._attach_attributes(which, chosen)
         shown = np.bincount(self.scene.instances["mesh"], minlength=len(self.scene.meshes))
         for instance in self.scene.instances[shown[self.scene.instances["mesh"]] == 1]:
             normals_for(self.scene.meshes[instance["mesh"]], instance["to_object"])
+
+    def _attach_attributes(self, which: np.ndarray, chosen: np.ndarray) -> None:
+        """Give the instances their attributes. which: their `_Placed`; chosen: their place in the depsgraph."""
+        rows = self.scene.instances
+        for number, placed in enumerate(self._placed):
+            own = [attribute for attribute, _ in placed.instancer]
+            table = attribute_table([*own, *placed.properties])
+            if not len(table):
+                continue
+            mine = np.flatnonzero(which == number)
+            step = 0
+            if own:
+                # Each instance has a copy of the table, with the addresses of its own values.
+                table = np.tile(table, (len(mine), 1))
+                step = table.strides[0]
+                for k, (attribute, numbers) in enumerate(placed.instancer):
+                    place = np.searchsorted(numbers, self._outermost[chosen[mine]])
+                    place = np.minimum(place, len(numbers) - 1)
+                    table["values"][:, k] += place * attribute.values.strides[0]
+            self.scene.instance_attributes.append((table, placed))
+            rows["attributes"][mine] = address(table) + step * np.arange(len(mine))
+            rows["n_attributes"][mine] = table.shape[-1]
+
+    @cached_property
+    def _outermost(self) -> np.ndarray:
+        """For each instance of the depsgraph the number that its instancer has given it."""
+        instances = self.depsgraph.object_instances
+        numbers = _column(instances, "persistent_id", (len(instances), 8), np.int32)
+        depth = (numbers != _NO_ID).sum(axis=1)
+        return numbers[np.arange(len(numbers)), np.maximum(depth - 1, 0)]
 
 
 def _column(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray:

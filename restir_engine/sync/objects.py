@@ -2,6 +2,8 @@
 
 from functools import cache
 
+import numpy as np
+
 from ..kernels.records import (
     INSTANCE_HOLDOUT,
     INSTANCE_SHADOW_CATCHER,
@@ -71,17 +73,21 @@ def property_value(kind: str, name: str, instance, scene, view_layer) -> tuple[f
     return None
 
 
-def instancer_values(instancer, name: str) -> dict[int, tuple[float, float, float, float]]:
-    """An attribute that geometry nodes have stored with the instances of an object, by the number of the instance."""
+def instancer_values(instancer, name: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """An attribute that geometry nodes have stored with the instances of an object: (values, numbers of the instances).
+
+    The numbers, which `persistent_id` ends with, grow; None where there is no such attribute.
+    """
     geometry = instancer.evaluated_geometry()  # owns the points
     points = geometry.instances_pointcloud()
     attribute = points.attributes.get(name) if points else None
     values = None if attribute is None else read_values(attribute)
-    if values is None:
-        return {}
+    if values is None or not len(values):
+        return None
     numbers = points.attributes.get("id")
-    numbers = range(len(values)) if numbers is None else read_values(numbers)[:, 0].tolist()
-    return {number: _four(row) for number, row in zip(numbers, values.tolist(), strict=True)}
+    numbers = np.arange(len(values)) if numbers is None else read_values(numbers)[:, 0]
+    order = np.argsort(numbers, kind="stable")
+    return values[order], numbers[order]
 
 
 def _lookup(owner, name: str) -> tuple[float, float, float, float] | None:
