@@ -31,7 +31,7 @@ MATERIALS = {
     "Lacquer": ({"Base Color": "8c0b0b", "Roughness": 0.45, "Coat Weight": 1.0, "Coat Roughness": 0.02,
                  "Coat IOR": 1.6}, None),
     "Orange": ({"Roughness": 0.38, "Specular IOR Level": 0.6},
-               ("peel", ["d85a08", "e8740c", "f08a18", "e06a0a"], (260.0, 260.0, 260.0), 0.22)),
+               ("peel", ["de6209", "e8740c", "ec7c12", "e46c0a"], (260.0, 260.0, 260.0), 0.22)),
     "Pear": ({"Roughness": 0.36, "Coat Weight": 0.3, "Coat Roughness": 0.2},
              ("cloud", ["7c8a1e", "b3a52c", "c8a838", "a8682a"], (26.0, 26.0, 9.0), 0.05)),
     "Grape": ({"Coat Weight": 0.6, "Coat Roughness": 0.12, "Roughness": 0.5},
@@ -41,7 +41,7 @@ MATERIALS = {
     "Leather": ({"Roughness": 0.45, "Coat Weight": 0.15, "Coat Roughness": 0.3},
                 ("peel", ["0c1f22", "12302f", "183c38", "0c2625"], (190.0, 190.0, 190.0), 0.35)),
     "Paper": ({"Roughness": 0.9}, ("fine", ["b8a47c", "d8c8a2", "e6d9b8", "c8b68c"], (2.0, 2.0, 900.0), 0.3)),
-    "Flame": ({"Base Color": "000000", "Emission Color": "ffb259", "Emission Strength": 260.0}, None),
+    "Flame": ({"Base Color": "000000", "Emission Color": "ffb259", "Emission Strength": 180.0}, None),
     "Wick": ({"Base Color": "0a0806", "Roughness": 0.9}, None),
 }
 
