@@ -99,27 +99,31 @@ def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | 
 @contextmanager
 def _loaded(image, frame: int, tile: int) -> Iterator[bpy.types.Image | None]:
     """A datablock whose pixels are those of the frame or tile: the image itself where it can be."""
+    path = bpy.path.abspath(image.filepath, library=image.library)
     if image.source == "SEQUENCE":
-        path = bpy.path.abspath(image.filepath, library=image.library)
         with _temporary(_numbered(path, frame), image) as loaded:
             yield loaded
     elif image.source == "TILED" and tile != image.tiles[0].number:
         packed = next((file for file in image.packed_files if file.tile_number == tile), None)
         with tempfile.TemporaryDirectory() as folder:
-            path = _tile_path(bpy.path.abspath(image.filepath, library=image.library), tile)
+            path = _tile_path(path, tile)
             if packed is not None:
                 path = str(Path(folder) / Path(packed.filepath).name)
                 Path(path).write_bytes(packed.packed_file.data)
             with _temporary(path, image) as loaded:
                 yield loaded
-    elif image.source == "FILE" and image.packed_file is None and _is_converted(image):
-        # Cycles reads the file itself, without the conversion of alpha that Blender makes.
-        unconverted = "PREMUL" if image.is_float else "STRAIGHT"
-        path = bpy.path.abspath(image.filepath, library=image.library)
-        with _temporary(path, image, unconverted) as loaded:
-            yield loaded or image
     else:
-        yield image
+        was_loaded = image.has_data
+        try:
+            if image.source == "FILE" and image.packed_file is None and _is_converted(image):
+                # Cycles reads the file itself, without the conversion of alpha that Blender makes.
+                with _temporary(path, image, "PREMUL" if image.is_float else "STRAIGHT") as loaded:
+                    yield loaded or image
+            else:
+                yield image
+        finally:
+            if image.source == "FILE" and not was_loaded and not image.is_dirty:
+                image.buffers_free()  # Blender takes as much memory as before
 
 
 def _is_converted(image) -> bool:
@@ -178,10 +182,19 @@ def _pixels(source, image) -> tuple[np.ndarray, np.ndarray | None] | None:
         if _to_associate(image, False):
             values[..., :3] *= values[..., 3:]
         return values, None
-    pixels = np.rint(values * 255.0).astype(np.uint8)
-    if _to_associate(image, False) and pixels[..., 3].min() < 255:
-        pixels[..., :3] = pixels[..., :3].astype(np.uint16) * pixels[..., 3:] // 255
-    return pixels, None if as_it_is else srgb_decode()
+    return _bytes(values, _to_associate(image, False)), None if as_it_is else srgb_decode()
+
+
+def _bytes(values: np.ndarray, associate: bool) -> np.ndarray:
+    """Values in 0 … 1 as uint8, in strips so that a large image is not in memory once more."""
+    pixels = np.empty(values.shape, np.uint8)
+    strip = max(1, (1 << 18) // values.shape[1])
+    for start in range(0, len(values), strip):
+        rows = np.rint(values[start : start + strip] * 255.0).astype(np.uint8)
+        if associate and rows[..., 3].min() < 255:
+            rows[..., :3] = rows[..., :3].astype(np.uint16) * rows[..., 3:] // 255
+        pixels[start : start + strip] = rows
+    return pixels
 
 
 def _fill_channels(source, count: int) -> np.ndarray | None:

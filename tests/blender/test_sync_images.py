@@ -51,6 +51,19 @@ def test_a_changed_image_is_replaced_in_place():
     assert not refresh_image(scene, picture("unused"))
 
 
+def test_memory_that_blender_did_not_use_is_given_back(tmp_path):
+    image = picture()
+    image.filepath_raw, image.file_format = str(tmp_path / "file.png"), "PNG"
+    image.save()
+    loaded = bpy.data.images.load(str(tmp_path / "file.png"))
+    loaded.buffers_free()
+    image_index(Scene(), loaded, user(), pytest.fail)
+    assert not loaded.has_data
+    assert loaded.pixels[0] == pytest.approx(0.2, abs=1e-6)  # loaded now, and so it stays
+    image_index(Scene(), loaded, user(), pytest.fail)
+    assert loaded.has_data
+
+
 @pytest.mark.parametrize("space", ["sRGB", "Rec.1886", "Non-Color"])
 def test_nothing_is_left_behind(space, tmp_path):
     image = picture()
