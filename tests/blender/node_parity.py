@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import bmesh
 import bpy
 import numpy as np
 import probe
@@ -44,12 +45,17 @@ class Parity:
         return float(np.max(np.abs(self.ours - self.cycles) / np.maximum(1.0, np.abs(self.cycles))))
 
 
-def compare(cases: dict[str, Build], scale: float = 1.0, offset: float = 0.0) -> dict[str, Parity]:
-    """Render all cases with Cycles, run their programs at the same points. Emission is value · scale + offset."""
+def compare(cases: dict[str, Build], scale: float = 1.0, offset: float = 0.0, back: bool = False) -> dict[str, Parity]:
+    """Render all cases with Cycles, run their programs at the same points. Emission is value · scale + offset.
+
+    back: the grids are flat shaded and seen from behind.
+    """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     columns = int(np.ceil(np.sqrt(len(cases))))
     for index, (name, build) in enumerate(cases.items()):
         _add_grid(name, build, SPACING * (index % columns), SPACING * (index // columns), scale, offset)
+        if back:
+            _turn_over(bpy.data.objects[name])
     rows = (len(cases) + columns - 1) // columns
     _add_camera(columns, rows)
     theirs = probe.cycles()[..., :3]
@@ -116,6 +122,17 @@ def _add_grid(name: str, build: Build, x: float, y: float, scale: float, offset:
     item.color = (0.2, 0.4, 0.6, 0.8)
     item.pass_index = 3
     bpy.context.scene.collection.objects.link(item)
+
+
+def _turn_over(item: bpy.types.Object) -> None:
+    item.rotation_euler.x += np.pi
+    mesh = bmesh.new()  # a bent quad has two flat normals at the corners of its diagonal, and room for one tangent
+    mesh.from_mesh(item.data)
+    bmesh.ops.triangulate(mesh, faces=mesh.faces)
+    mesh.to_mesh(item.data)
+    mesh.free()
+    item.data.polygons.foreach_set("use_smooth", [False] * len(item.data.polygons))
+    item.data.update()
 
 
 def emission_material(name: str, build: Build, scale: float = 1.0, offset: float = 0.0) -> bpy.types.Material:

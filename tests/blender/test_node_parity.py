@@ -286,8 +286,17 @@ if bpy.app.version >= (5, 0, 0):
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_programs_agree_with_cycles(family):
+    _check(family, back=False)
+
+
+@pytest.mark.parametrize("family", ("inputs", "normals"))
+def test_programs_agree_with_cycles_on_flat_back_faces(family):
+    _check(family, back=True)
+
+
+def _check(family, back):
     cases, scale, offset = FAMILIES[family]
-    results = compare(dict(cases()), scale, offset)
+    results = compare(dict(cases()), scale, offset, back)
     wrong = {}
     for name, result in results.items():
         assert np.isfinite(result.ours).all(), name

@@ -65,11 +65,12 @@ def _light_path(tree):
     return mix.outputs[0]
 
 
-@pytest.mark.parametrize("build", (_alpha_of_principled, _mixed, _light_path))
-def test_shadow_rays_see_the_same_transparency(build):
+def _transparent(build, opaque_shadows, *flags):
+    """(transparency for each of the ray flags, program) of a grid with a material."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     _add_grid("Grid", build, 0.0, 0.0, 1.0, 0.0)
     _add_camera(1, 1)
+    bpy.data.materials["Grid"].use_transparent_shadow = not opaque_shadows
     scene = build_scene(bpy.context.evaluated_depsgraph_get(), RenderSettings())
     size = scene.camera.film_size[0]
     camera, sp = np.zeros(1, rec.CAMERA), np.zeros(1, rec.SHADING_POINT)
@@ -79,13 +80,27 @@ def test_shadow_rays_see_the_same_transparency(build):
     scratch = np.zeros(rec.SCRATCH_BYTES + 64, np.uint8)
     start = address(scratch) + -address(scratch) % 64
     pictures = []
-    for flags in (rec.RAY_DIFFUSE | rec.RAY_SHADOW, rec.RAY_DIFFUSE | rec.RAY_LAST):
+    for rays in flags:
         registers[:] = np.nan
         out = np.zeros((size, size, 3))
-        _transparency(scene.record, camera[0], sp[0], start, size, flags, address(out))
+        _transparency(scene.record, camera[0], sp[0], start, size, rays, address(out))
         pictures.append(out)
+    return pictures, scene.shaders[scene.material_slots[0]]
+
+
+SHADOW, LAST = rec.RAY_DIFFUSE | rec.RAY_SHADOW, rec.RAY_DIFFUSE | rec.RAY_LAST
+
+
+@pytest.mark.parametrize("build", (_alpha_of_principled, _mixed, _light_path))
+def test_shadow_rays_see_the_same_transparency(build):
+    pictures, program = _transparent(build, False, SHADOW, LAST)
     assert np.ptp(pictures[0]) > 0.1
     assert np.array_equal(*pictures)
-    code = scene.shaders[scene.material_slots[0]].code
-    assert code[0] == ops.JUMP_SHADOW
-    assert len(code) - code[2] < code[2]
+    assert program.code[0] == ops.JUMP_SHADOW
+    assert len(program.code) - program.code[2] < program.code[2]
+
+
+def test_a_material_may_be_opaque_to_shadow_rays_alone():
+    (shadow, last), program = _transparent(_mixed, True, SHADOW, LAST)
+    assert not shadow.any() and last.any()
+    assert program.flags & rec.MATERIAL_TRANSPARENT

@@ -30,7 +30,7 @@ class Compiler(ValueCompiler):
     def __init__(self, scene, kind: str, name: str) -> None:
         """`kind` and `name` are the datablock's, for warnings ("Material", "Skin")."""
         super().__init__(scene, kind, name)
-        self.transparent_shadows = True  # whether shadow rays may see transparency at all
+        self.transparent_shadows = True  # False: opaque to shadow rays, whatever it is to others
         self.displaces = False  # whether displacement is meant to move the surface
         self.flags = 0
         self.emission_estimate = np.zeros(3)
@@ -58,10 +58,11 @@ class Compiler(ValueCompiler):
 
     def program(self) -> Program:
         """What has been emitted so far as a program."""
-        flags = self.flags if self.transparent_shadows else self.flags & ~rec.MATERIAL_TRANSPARENT
-        shadow = shadow_instructions(self) if flags & rec.MATERIAL_TRANSPARENT else None
+        shadow = None
+        if self.flags & rec.MATERIAL_TRANSPARENT:
+            shadow = shadow_instructions(self) if self.transparent_shadows else []
         code, constants = self.finish(shadow)
-        return Program(code, constants, flags=flags, emission_estimate=tuple(self.emission_estimate))
+        return Program(code, constants, flags=self.flags, emission_estimate=tuple(self.emission_estimate))
 
     def _surface(self, output: bpy.types.Node) -> None:
         self._nodes.append(output)
