@@ -227,13 +227,13 @@ def _perez(p: list[float], theta: float, gamma: float) -> float:
     return (1.0 + p[0] * np.exp(p[1] / cos(theta))) * (1.0 + p[2] * np.exp(p[3] * gamma) + p[4] * cos(gamma) ** 2)
 
 
-def preetham(sun_direction: tuple[float, float, float], turbidity: float) -> np.ndarray:
+def preetham(sun_direction: tuple[float, float, float], turbidity: float, brightness: float = 1.0) -> np.ndarray:
     """The table that `kernels.textures.sky` reads for Preetham's sky (appendix A.2 of the paper)."""
     x, y, z = np.array(sun_direction) / max(np.linalg.norm(sun_direction), 1e-12)
     theta, phi, t = acos(min(max(z, -1.0), 1.0)), atan2(x, y), turbidity
     powers = np.array([theta**3, theta**2, theta, 1.0])
     chi = (4.0 / 9.0 - t / 120.0) * (pi - 2.0 * theta)
-    luminance = 0.06 * ((4.0453 * t - 4.9710) * tan(chi) - 0.2155 * t + 2.4192)
+    luminance = brightness * 0.06 * ((4.0453 * t - 4.9710) * tan(chi) - 0.2155 * t + 2.4192)
     squares = np.array([t * t, t, 1.0])
     zenith_x = squares @ (
         [

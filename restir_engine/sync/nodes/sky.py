@@ -49,14 +49,20 @@ def _dome(atmosphere: sky.Atmosphere, sky_type: str) -> tuple[np.ndarray, np.nda
     return _full(shape, False), sky.dome_parameters(atmosphere, sky.single_sun(atmosphere, True))
 
 
+# Irradiance of the ground under Cycles' Hosek/Wilkie sky relative to Preetham's: 0.09 to 0.20, by turbidity and sun.
+HOSEK_BRIGHTNESS = 0.14
+
+
 @node("ShaderNodeTexSky")
 def sky_texture(c, node):
     out = c.allocate(3)
     vector = texture_vector(c, node)
     if node.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
+        brightness = 1.0
         if node.sky_type == "HOSEK_WILKIE":
             c.warn("Hosek/Wilkie is rendered as Preetham's sky of the same turbidity")
-        table = c.table(sky.preetham(tuple(node.sun_direction), node.turbidity))
+            brightness = HOSEK_BRIGHTNESS
+        table = c.table(sky.preetham(tuple(node.sun_direction), node.turbidity, brightness))
         c.emit(ops.SKY, out, vector, -1, table, kinds.PERCEPTUAL)
         return {"Color": out}
     atmosphere = _atmosphere(node)
