@@ -83,6 +83,10 @@ if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 FAR = 1.0e30
+
+# Values of `last` in a PATH record: the path may still find light on its ray and on surfaces that let it through, or
+# may find light on its ray only.
+LAST, LAST_BEFORE_SURFACE = 1, 2
 LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
 
 # Random dimensions: those of the camera, then DIMENSIONS for each vertex of the path.
@@ -195,6 +199,8 @@ def trace_path(scene, camera, integrator, film, scratch):
         if instance < 0:
             add_world(scene, integrator, film, scratch, path, sp)
             return
+        if path.last == LAST_BEFORE_SURFACE:
+            return
         surface_point(scene, sp, instance, primitive, u, v, t, d)
         material = material_at(scene.materials, sp.material).flags
         survival = survival_probability(path, integrator)
@@ -270,7 +276,7 @@ def holdout(scene, film, path, sp):
     if instance_at(scene.instances, sp.instance).flags & INSTANCE_HOLDOUT:
         sp.n_closures = 0
         put(sp.emission, (0.0, 0.0, 0.0))
-        path.last = 1
+        path.last = LAST
     return False
 
 
@@ -448,9 +454,11 @@ def pass_through(path, sp, integrator, weight):
     put(path.throughput, mul(vec(path.throughput), weight))
     path.flags |= RAY_TRANSPARENT
     path.transparent_bounce += 1
+    if path.transparent_bounce >= integrator.transparent_bounces:
+        path.last = LAST_BEFORE_SURFACE
     path.dimension += DIMENSIONS
     path.tmin = next_after(sp.t)
-    return path.transparent_bounce < integrator.transparent_bounces
+    return True
 
 
 @inlined
@@ -483,7 +491,7 @@ def next_state(path, integrator, label, pdf):
     if not label & LABEL_SINGULAR:
         path.min_pdf = min(path.min_pdf, pdf)
     if last:
-        path.last = 1
+        path.last = LAST
 
 
 @device
@@ -555,8 +563,9 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     # A path of n bounces still finds light by its last ray, which therefore counts.
     for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces"):
         r[name] = getattr(settings, name) + 1
-    r["clamp_direct"] = settings.clamp_direct or math.inf
-    r["clamp_indirect"] = settings.clamp_indirect or math.inf
+    # A clamp is the mean of the channels, of which kernels take the sum.
+    r["clamp_direct"] = 3.0 * settings.clamp_direct or math.inf
+    r["clamp_indirect"] = 3.0 * settings.clamp_indirect or math.inf
     r["filter_glossy"] = 1.0 / settings.filter_glossy if settings.filter_glossy > 0.0 else math.inf
     return record
 

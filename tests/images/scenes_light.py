@@ -99,13 +99,6 @@ def sky():
 
 
 @scene(1)
-def sky_hosek():
-    subject()
-    sun = dict(sun_direction=(0.5, -0.6, 0.6), turbidity=4.0)
-    kit.world(lambda node: node("Background", Color=node("TexSky", sky_type="HOSEK_WILKIE", **sun), Strength=3.0))
-
-
-@scene(1)
 def sky_preetham():
     subject()
     sun = dict(sun_direction=(-0.5, -0.6, 0.5), turbidity=2.5)
