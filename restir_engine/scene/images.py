@@ -38,6 +38,10 @@ class ImageTable:
         """The keys of all images, in the order of their indices."""
         return iter(self._indices)
 
+    def pixels(self, index: int) -> np.ndarray:
+        """The pixels of an image (height, width, 4)."""
+        return self._pixels[index]
+
     def find(self, key: Hashable) -> int | None:
         """The index of the image that was added under this key."""
         return self._indices.get(key)

@@ -174,7 +174,7 @@ def _pixels(source, image) -> tuple[np.ndarray, np.ndarray | None] | None:
     if source.is_float:  # Blender has made them scene-linear when it loaded the file
         if _to_associate(image, True):
             values[..., :3] *= values[..., 3:]
-        return np.nan_to_num(values, copy=False, nan=0.0, posinf=3e38, neginf=-3e38), None
+        return _finite(values), None
     name = image.colorspace_settings.name
     as_it_is = image.colorspace_settings.is_data or name == _LINEAR
     if not as_it_is and not (name == _ENCODED and _works_in_rec709()):
@@ -183,6 +183,12 @@ def _pixels(source, image) -> tuple[np.ndarray, np.ndarray | None] | None:
             values[..., :3] *= values[..., 3:]
         return values, None
     return _bytes(values, _to_associate(image, False)), None if as_it_is else srgb_decode()
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    """Black and transparent where any channel is not a number: half a pixel would have another hue."""
+    values[~np.isfinite(values).all(-1)] = 0.0
+    return values
 
 
 def _bytes(values: np.ndarray, associate: bool) -> np.ndarray:
@@ -242,4 +248,4 @@ def _to_scene_linear(values: np.ndarray, name: str) -> np.ndarray:
             bpy.data.images.remove(loaded)
     result = result.reshape(height, width, 4)
     result[..., 3] = values[..., 3]
-    return np.nan_to_num(result, copy=False, nan=0.0, posinf=3e38, neginf=-3e38)
+    return _finite(result)

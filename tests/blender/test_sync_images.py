@@ -40,6 +40,16 @@ def test_floats_stay_floats():
     assert scene.images.nbytes == 4 * 2 * 4 * 4 and scene.images.records()[0]["decode"] == 0
 
 
+def test_pixels_that_are_not_numbers_are_black():
+    scene, image = Scene(), picture(is_float=True)
+    values = np.full((8, 4), 0.5, np.float32)
+    values[1, 2], values[2, 0] = np.nan, np.inf
+    image.pixels.foreach_set(values.ravel())
+    image_index(scene, image, user(), pytest.fail)
+    kept = scene.images.pixels(0).reshape(8, 4)
+    assert np.isfinite(kept).all() and not kept[1].any() and not kept[2].any() and kept[3].all()
+
+
 def test_a_changed_image_is_replaced_in_place():
     scene, image = Scene(), picture()
     index = image_index(scene, image, user(), pytest.fail)

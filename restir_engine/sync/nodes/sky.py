@@ -67,7 +67,8 @@ def sky_texture(c, node):
         return {"Color": out}
     atmosphere = _atmosphere(node)
     pixels, parameters = _dome(atmosphere, node.sky_type)
-    index = c.scene.images.add(("sky", node.sky_type, atmosphere), pixels)
+    # By node, so that a sun that is dragged about replaces its sky.
+    index = c.scene.images.add(("sky", c.kind, c.name, node.id_data.name, node.name), pixels)
     kind = kinds.HALF_DOME if node.sky_type == "NISHITA" else kinds.FULL_DOME
     c.emit(ops.SKY, out, vector, index, c.table(parameters), kind)
     return {"Color": out}
