@@ -186,7 +186,7 @@ class Compiler(ValueCompiler):
             return
         node, output = link.from_node, link.from_socket
         visit = (self._key(node), output.identifier)
-        if visit in visited:
+        if visit in visited or self._is_known(visit[0]):
             return
         visited.add(visit)
         if node.mute and node.bl_idname != "NodeReroute":

@@ -182,6 +182,9 @@ class ValueCompiler(Assembler):
 
         return self._cached(key, convert)
 
+    def _is_known(self, key) -> bool:
+        return key in self._cache or (key, self._offset, self._filter) in self._cache
+
     def _cached(self, key, make):
         """What `make()` returns, kept for the present offset, or for all offsets when `make` did not ask for it."""
         shifted = (key, self._offset, self._filter)
