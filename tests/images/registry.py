@@ -24,7 +24,7 @@ class Scene:
 SCENES: dict[str, Scene] = {}
 
 
-def scene(group: int, samples: int = 128, size: tuple[int, int] = (96, 54), **settings):
+def scene(group: int, samples: int = 96, size: tuple[int, int] = (96, 54), **settings):
     """Register a function that builds a scene; `settings` replace parity settings by our name of them."""
 
     def register(build: Callable[[], None]) -> Callable[[], None]:
