@@ -178,9 +178,9 @@ def test_a_short_program_takes_less_than_a_microsecond():
     program += [(ops.LUMINANCE, OUT, 0)] * 3 + [(ops.SPLAT, OUT, 0), (ops.EMISSION, 0, 0, 0)]
     machine = Machine(program, (0.5, 0.25, 0.125))
     _evaluate_often(machine.scene[0], machine.point[0], 1)
-    best = np.inf
-    for _ in range(5):
+    times = []
+    for _ in range(50):  # each shorter than a time slice, so that the shortest is one that nothing interrupted
         start = time.perf_counter()
-        _evaluate_often(machine.scene[0], machine.point[0], 20000)
-        best = min(best, (time.perf_counter() - start) / 20000)
-    assert best < 2e-6, f"{1e9 * best:.0f} ns"  # about 200 ns on an idle machine; doubled twice over for a busy one
+        _evaluate_often(machine.scene[0], machine.point[0], 1000)
+        times.append((time.perf_counter() - start) / 1000)
+    assert min(times) < 1e-6, f"{1e9 * min(times):.0f} ns"
