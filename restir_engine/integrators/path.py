@@ -13,61 +13,55 @@ import numpy as np
 
 from ..film import Film
 from ..kernels import rng
-from ..kernels.accumulate import add1, add3, add_hit, add_light, clamp_contribution, set3
-from ..kernels.attributes import attribute
-from ..kernels.camera import camera_ray, camera_reach
-from ..kernels.interaction import offset_origin, shadow_origin, surface_point
-from ..kernels.intersect import intersect, occluded
+from ..kernels.accumulate import add1, add3, add_hit, add_light, clamp_contribution
+from ..kernels.camera import camera_reach
+from ..kernels.interaction import offset_origin, surface_point
+from ..kernels.intersect import intersect
 from ..kernels.jit import device, inlined, kernel
 from ..kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
-from ..kernels.lobes import (
-    LABEL_DIFFUSE,
-    LABEL_GLOSSY,
-    LABEL_REFLECT,
-    LABEL_SINGULAR,
-    LABEL_TRANSPARENT,
-    bsdf_blur,
-    bsdf_color,
-    bsdf_eval,
-    bsdf_has_eval,
-    bsdf_normal,
-    bsdf_sample,
-    denoise_features,
+from ..kernels.lobes import LABEL_TRANSPARENT, bsdf_blur, bsdf_eval, bsdf_has_eval, bsdf_sample
+from ..kernels.memory import address
+from ..kernels.path_state import (
+    DIM_DIRECTION,
+    DIM_LIGHT,
+    DIM_LIGHT_POINT,
+    DIM_LOBE,
+    DIM_ROULETTE,
+    FAR,
+    LAST,
+    LAST_BEFORE_SURFACE,
+    hit_weight,
+    inherit,
+    mis_weight,
+    next_after,
+    next_state,
+    pass_through,
+    share,
+    start_path,
+    survival_probability,
+    visibility,
 )
-from ..kernels.memory import address, load_f32, store_f32
 from ..kernels.records import (
     CAMERA,
-    FILTER_TABLE_SIZE,
     INSTANCE_HOLDOUT,
     INTEGRATOR,
     LIGHT_SAMPLE_DELTA,
     LIGHT_SAMPLE_NO_SHADOW,
     MATERIAL_EMITS,
     MATERIAL_TRANSPARENT,
-    RAY_ALL,
     RAY_CAMERA,
     RAY_DIFFUSE,
     RAY_GLOSSY,
     RAY_LAST,
     RAY_NO_REFLECTION,
     RAY_NO_REFRACTION,
-    RAY_REFLECT,
-    RAY_SHADOW,
-    RAY_SHADOW_OPAQUE,
-    RAY_SHADOW_TRANSPARENT,
-    RAY_SINGULAR,
     RAY_TRANSMIT,
-    RAY_TRANSPARENT,
-    SCENE_HAS_TRANSPARENT,
     SCRATCH_BYTES,
     SCRATCH_CLOSURES,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_PATH,
     SCRATCH_POINT,
     SCRATCH_REGISTERS,
-    SCRATCH_SHADOW_CLOSURES,
-    SCRATCH_SHADOW_POINT,
-    SCRATCH_SHADOW_REGISTERS,
     instance_at,
     light_sample_at,
     material_at,
@@ -75,23 +69,16 @@ from ..kernels.records import (
     shading_point_at,
 )
 from ..kernels.shader_vm import shader_eval
-from ..kernels.vec import average, dot, length, max3, mul, normalize, put, scale, sub, transform_point, vec
+from ..kernels.shadow import transmittance
+from ..kernels.surface_passes import data_passes, feature_passes
+from ..kernels.vec import average, max3, mul, normalize, put, scale, vec
 from ..kernels.world import world_pdf, world_radiance
 from ..settings import RenderSettings, filter_table
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-FAR = 1.0e30
-
-# Values of `last` in a PATH record: the path may still find light on its ray and on surfaces that let it through, or
-# may find light on its ray only.
-LAST, LAST_BEFORE_SURFACE = 1, 2
 LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
-
-# Random dimensions: those of the camera, then DIMENSIONS for each vertex of the path.
-DIM_FILTER, DIM_LENS, DIM_FIRST_VERTEX = 0, 1, 4
-DIM_LIGHT, DIM_LIGHT_POINT, DIM_LOBE, DIM_DIRECTION, DIM_ROULETTE, DIMENSIONS = 0, 1, 2, 3, 4, 5
 
 
 @kernel
@@ -105,78 +92,6 @@ def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_
                 start_path(camera, integrator, scratch, pixel, key, sample, x, y)
                 trace_path(scene, camera, integrator, film, scratch)
     return (x1 - x0) * (y1 - y0) * samples
-
-
-@inlined
-def filter_offset(table, u):
-    """A pixel filter's inverse distribution at u."""
-    position = u * (FILTER_TABLE_SIZE - 1)
-    index = min(int(position), FILTER_TABLE_SIZE - 2)
-    a = load_f32(table, index)
-    return a + (load_f32(table, index + 1) - a) * (position - index)
-
-
-@inlined
-def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
-    """Reset the PATH record to a camera ray through pixel (x, y)."""
-    path = path_at(scratch + SCRATCH_PATH, 0)
-    path.pixel = pixel
-    path.key = key
-    path.sample = sample
-    path.flags = RAY_CAMERA
-    path.bounce = 0
-    path.diffuse_bounce = 0
-    path.glossy_bounce = 0
-    path.transmission_bounce = 0
-    path.transparent_bounce = 0
-    path.dimension = DIM_FIRST_VERTEX
-    path.background_visible = 1
-    path.data_done = 0
-    path.denoise = 1
-    path.last = 0
-    put(path.throughput, (1.0, 1.0, 1.0))
-    put(path.feature_throughput, (1.0, 1.0, 1.0))
-    put(path.diffuse_weight, (0.0, 0.0, 0.0))
-    put(path.glossy_weight, (0.0, 0.0, 0.0))
-    path.mis_pdf = 0.0
-    path.min_pdf = FAR
-    u, v = rng.sample2(key, sample, DIM_FILTER)
-    lens_u, lens_v = 0.0, 0.0
-    if camera.aperture > 0.0:
-        lens_u, lens_v = rng.sample2(key, sample, DIM_LENS)
-    fx = x + 0.5 + filter_offset(integrator.filter_table, u)
-    fy = y + 0.5 + filter_offset(integrator.filter_table, v)
-    o, d, dp, dd = camera_ray(camera, fx, fy, lens_u, lens_v)
-    put(path.o, o)
-    put(path.d, d)
-    path.tmin = 0.0
-    path.dp = dp
-    path.dd = dd
-
-
-@inlined
-def visibility(flags):
-    """The instances' visibility bits that a path ray looks for: diffuse and glossy mean reflection only."""
-    bits = flags & RAY_ALL & ~(RAY_SHADOW | RAY_TRANSPARENT | RAY_SINGULAR)
-    if bits & RAY_TRANSMIT:
-        bits &= ~(RAY_DIFFUSE | RAY_GLOSSY)
-    return bits
-
-
-@inlined
-def mis_weight(pdf, other):
-    """Power heuristic."""
-    a = pdf * pdf
-    b = other * other
-    return a / (a + b) if a + b > 0.0 else 0.0
-
-
-@inlined
-def hit_weight(path, light_pdf):
-    """MIS weight of light found by the path's ray, which light sampling finds with density light_pdf."""
-    if path.mis_pdf <= 0.0 or light_pdf <= 0.0:
-        return 1.0
-    return mis_weight(path.mis_pdf, light_pdf)
 
 
 @inlined
@@ -236,29 +151,6 @@ def trace_path(scene, camera, integrator, film, scratch):
         direct_light(scene, integrator, film, scratch, path, sp)
         if not bounce(scene, integrator, path, sp):
             return
-
-
-@inlined
-def inherit(sp, path, t):
-    """What a shading point knows of the path that arrives."""
-    sp.ray_flags = path.flags | (RAY_LAST if path.last else 0)
-    sp.depth = path.bounce
-    sp.diffuse_depth = path.diffuse_bounce
-    sp.glossy_depth = path.glossy_bounce
-    sp.transmission_depth = path.transmission_bounce
-    sp.transparent_depth = path.transparent_bounce
-    sp.light = -1
-    put(sp.receiver, vec(path.receiver))
-    sp.dp = path.dp + t * path.dd
-    sp.dd = path.dd
-
-
-@inlined
-def survival_probability(path, integrator):
-    """Russian roulette: the probability to shade the surface. What it emits is counted in any case."""
-    if path.flags & RAY_TRANSPARENT or path.bounce <= integrator.min_bounces:
-        return 1.0
-    return min(1.0, math.sqrt(max3(vec(path.throughput))))
 
 
 @inlined
@@ -365,60 +257,6 @@ def direct_light(scene, integrator, film, scratch, path, sp):
 
 
 @inlined
-def share(part, whole):
-    return part / whole if whole > 0.0 else 0.0
-
-
-@inlined
-def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
-    """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque."""
-    o = shadow_origin(scene, sp, wi)
-    d = wi
-    tmax = FAR
-    if distance < FAR:
-        d = sub(target, o)
-        tmax = length(d)
-        d = scale(d, 1.0 / tmax)
-        tmax *= 1.0 - 2.0e-5
-    if occluded(scene, scratch, o, d, tmax, RAY_SHADOW_OPAQUE):
-        return (0.0, 0.0, 0.0)
-    if scene.flags & SCENE_HAS_TRANSPARENT:
-        return transparent_shadow(scene, integrator, scratch, path, o, d, tmax)
-    return (1.0, 1.0, 1.0)
-
-
-@device
-def transparent_shadow(scene, integrator, scratch, path, o, d, tmax):
-    """Transmittance through surfaces that may be transparent, nearest first."""
-    point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
-    point.closures = scratch + SCRATCH_SHADOW_CLOSURES
-    point.registers = scratch + SCRATCH_SHADOW_REGISTERS
-    result = (1.0, 1.0, 1.0)
-    tmin = 0.0
-    for crossed in range(integrator.transparent_bounces - path.transparent_bounce):
-        t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, tmax, RAY_SHADOW_TRANSPARENT)
-        if instance < 0:
-            return result
-        inherit(point, path, t)
-        surface_point(scene, point, instance, primitive, u, v, t, d)
-        point.depth = path.bounce
-        point.transparent_depth = path.transparent_bounce + crossed
-        point.ray_flags = (path.flags & ~RAY_CAMERA) | RAY_SHADOW
-        shader_eval(scene, point)
-        result = mul(result, vec(point.transparent))
-        if max3(result) <= 0.0:
-            return result
-        tmin = next_after(t)
-    return (0.0, 0.0, 0.0)
-
-
-@inlined
-def next_after(t):
-    """A distance behind the hit at t, for going on along the same ray."""
-    return t * (1.0 + 1.0e-5) + 1.0e-12
-
-
-@inlined
 def bounce(scene, integrator, path, sp):
     """Sample the lobes and make the path's next ray; False when there is none."""
     if sp.n_closures == 0:
@@ -444,108 +282,6 @@ def bounce(scene, integrator, path, sp):
     path.dp = sp.dp
     next_state(path, integrator, label, pdf)
     return True
-
-
-@device
-def pass_through(path, sp, integrator, weight):
-    """Let the ray go on behind a transparent surface."""
-    if max3(weight) <= 0.0:
-        return False
-    put(path.throughput, mul(vec(path.throughput), weight))
-    path.flags |= RAY_TRANSPARENT
-    path.transparent_bounce += 1
-    if path.transparent_bounce >= integrator.transparent_bounces:
-        path.last = LAST_BEFORE_SURFACE
-    path.dimension += DIMENSIONS
-    path.tmin = next_after(sp.t)
-    return True
-
-
-@inlined
-def next_state(path, integrator, label, pdf):
-    """Count the bounce, set the flags of the next ray, and note when it may only find light."""
-    path.bounce += 1
-    path.dimension += DIMENSIONS
-    last = path.bounce >= integrator.max_bounces
-    flags = RAY_REFLECT
-    if label & LABEL_REFLECT:
-        if label & LABEL_DIFFUSE:
-            path.diffuse_bounce += 1
-            last = last or path.diffuse_bounce >= integrator.diffuse_bounces
-        else:
-            path.glossy_bounce += 1
-            last = last or path.glossy_bounce >= integrator.glossy_bounces
-    else:
-        flags = RAY_TRANSMIT
-        path.transmission_bounce += 1
-        last = last or path.transmission_bounce >= integrator.transmission_bounces
-    if label & LABEL_DIFFUSE:
-        flags |= RAY_DIFFUSE
-    elif label & LABEL_GLOSSY:
-        flags |= RAY_GLOSSY
-    else:
-        flags |= RAY_GLOSSY | RAY_SINGULAR
-    path.flags = flags
-    path.background_visible = 0
-    path.mis_pdf = 0.0 if label & LABEL_SINGULAR else pdf
-    if not label & LABEL_SINGULAR:
-        path.min_pdf = min(path.min_pdf, pdf)
-    if last:
-        path.last = LAST
-
-
-@device
-def data_passes(scene, camera, integrator, film, path, sp):
-    """Passes that describe the first surface: those of the first sample, averages, and lobes' colours."""
-    pixel = path.pixel
-    p = vec(sp.p)
-    if path.data_done == 0:
-        if path.sample == 0:
-            if film.depth >= 0:
-                store_f32(pixel, film.depth, camera_depth(camera, p))
-            if film.object_index >= 0:
-                store_f32(pixel, film.object_index, float(instance_at(scene.instances, sp.instance).object_index))
-            if film.material_index >= 0:
-                store_f32(pixel, film.material_index, float(material_at(scene.materials, sp.material).pass_index))
-            set3(pixel, film.position, p)
-        if average(vec(sp.transparent)) <= 1.0 - integrator.pass_alpha_threshold:
-            add3(pixel, film.normal, bsdf_normal(sp))
-            if film.uv >= 0:
-                found, x, y, _z, _w = attribute(scene, sp, 0, 0.0, 0.0)
-                if found:
-                    add3(pixel, film.uv, (x, y, 1.0))
-            path.data_done = 1
-    if film.diffuse_color >= 0 or film.glossy_color >= 0 or film.transmission_color >= 0:
-        c = bsdf_color(scene, sp)
-        t = vec(path.throughput)
-        add3(pixel, film.diffuse_color, mul(t, (c[0], c[1], c[2])))
-        add3(pixel, film.glossy_color, mul(t, (c[3], c[4], c[5])))
-        add3(pixel, film.transmission_color, mul(t, (c[6], c[7], c[8])))
-
-
-@device
-def camera_depth(camera, p):
-    """Distance along the view axis; for a panorama from the camera's centre."""
-    q = transform_point(camera.to_camera, p)
-    return length(q) if camera.kind == 2 else -q[2]
-
-
-@device
-def feature_passes(scene, camera, film, path, sp):
-    """The denoiser's albedo and normal, behind mirrors and glass those of what is seen in them."""
-    albedo, normal, specular, diffuse_like = denoise_features(scene, sp)
-    t = vec(path.feature_throughput)
-    if diffuse_like:
-        add3(path.pixel, film.denoising_albedo, mul(t, albedo))
-        n = (
-            dot((camera.to_camera[0], camera.to_camera[1], camera.to_camera[2]), normal),
-            dot((camera.to_camera[4], camera.to_camera[5], camera.to_camera[6]), normal),
-            dot((camera.to_camera[8], camera.to_camera[9], camera.to_camera[10]), normal),
-        )
-        add3(path.pixel, film.denoising_normal, n)
-        path.denoise = 0
-    else:
-        put(path.feature_throughput, mul(t, specular))
 
 
 def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray:
