@@ -47,11 +47,17 @@ def lit(scene):
     scene.collection.objects.link(camera)
     scene.camera = camera
     scene.world = bpy.data.worlds.new("Sky")
-    scene.world.color = (0.5, 0.5, 0.5)
     if bpy.app.version < (5, 0, 0):
-        scene.world.use_nodes = False
+        scene.world.use_nodes = True
+    sky(scene).default_value = (0.5, 0.5, 0.5, 1.0)
     scene.restir.use_animated_seed = False
     return scene
+
+
+def sky(scene: bpy.types.Scene) -> bpy.types.NodeSocketColor:
+    """The socket that holds the colour of the sky."""
+    nodes = scene.world.node_tree.nodes
+    return next(node for node in nodes if node.bl_idname == "ShaderNodeBackground").inputs["Color"]
 
 
 def picture(scene: bpy.types.Scene, folder: Path) -> np.ndarray:
@@ -116,14 +122,16 @@ def test_all_passes_reach_blender(lit, tmp_path, written):
 
 
 def multilayer_channels(path: Path) -> set[str]:
-    """Names of the channels in an EXR file, read from its header: `name, 0, 16 bytes` each."""
-    data = path.read_bytes()
-    start = data.index(b"channels\0chlist\0") + len(b"channels\0chlist\0") + 4
-    names = set()
-    while data[start] != 0:
-        end = data.index(b"\0", start)
-        names.add(data[start:end].decode())
-        start = end + 17
+    """Names of the channels of an EXR file, from the headers of its parts: lists of `name, 0, 16 bytes`, ended by 0."""
+    data, mark, names = path.read_bytes(), b"channels\0chlist\0", set()
+    start = data.find(mark)
+    while start >= 0:
+        start += len(mark) + 4
+        while data[start] != 0:
+            end = data.index(b"\0", start)
+            names.add(data[start:end].decode())
+            start = end + 17
+        start = data.find(mark, start)
     return names
 
 
@@ -146,10 +154,9 @@ def test_each_view_layer_has_its_own_picture(lit, written):
 
 def test_frames_of_an_animation(lit, tmp_path, written):
     lit.frame_start, lit.frame_end = 1, 3
-    lit.world.color = (0.5, 0.5, 0.5)
-    lit.world.keyframe_insert("color", frame=1)
-    lit.world.color = (1.0, 1.0, 1.0)
-    lit.world.keyframe_insert("color", frame=3)
+    for frame, grey in ((1, 0.5), (3, 1.0)):
+        sky(lit).default_value = (grey, grey, grey, 1.0)
+        sky(lit).keyframe_insert("default_value", frame=frame)
     lit.render.filepath = str(tmp_path / "frame_")
     lit.render.image_settings.file_format = "PNG"
     bpy.ops.render.render(animation=True)
