@@ -181,6 +181,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             if scene.render.threads_mode == "FIXED" and not own.threads
             else own.threads,
             "film_transparent": scene.render.film_transparent,
+            "extra_transparent": bpy.app.version < (5, 0, 0),
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "passes": enabled_passes(view_layer),
         }

@@ -22,6 +22,7 @@ class RenderSettings:
     glossy_bounces: int = 4
     transmission_bounces: int = 12
     transparent_bounces: int = 8
+    extra_transparent: bool = False  # paths, but not shadows, may cross one more: Cycles before Blender 5
     min_bounces: int = 0  # bounces before Russian roulette starts
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0

@@ -299,6 +299,7 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     # A path of n bounces still finds light by its last ray, which therefore counts.
     for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces"):
         r[name] = getattr(settings, name) + 1
+    r["transparent_path"] = settings.transparent_bounces + settings.extra_transparent
     # A clamp is the mean of the channels, of which kernels take the sum.
     r["clamp_direct"] = 3.0 * settings.clamp_direct or math.inf
     r["clamp_indirect"] = 3.0 * settings.clamp_indirect or math.inf

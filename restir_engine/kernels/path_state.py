@@ -144,7 +144,7 @@ def pass_through(path, sp, integrator, weight):
     put(path.throughput, mul(vec(path.throughput), weight))
     path.flags |= RAY_TRANSPARENT
     path.transparent_bounce += 1
-    if path.transparent_bounce >= integrator.transparent_bounces:
+    if path.transparent_bounce >= integrator.transparent_path:
         path.last = LAST_BEFORE_SURFACE
     path.dimension += DIMENSIONS
     path.tmin = next_after(sp.t)

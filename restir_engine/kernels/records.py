@@ -355,6 +355,7 @@ INTEGRATOR = _record(
     "glossy_bounces",
     "transmission_bounces",
     "transparent_bounces",
+    "transparent_path",  # transparent surfaces after which a path may only find light on its ray
     "min_bounces",
     "transparent_film",
     "filter_table",  # float32 [FILTER_TABLE_SIZE], see settings.filter_table
