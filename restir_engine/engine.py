@@ -48,9 +48,9 @@ class RestirEngine(bpy.types.RenderEngine):
         from .scene.errors import SceneError
 
         try:
-            from .sync.depsgraph import build_scene
+            from .sync.depsgraph import read_scene
 
-            self.scene = build_scene(depsgraph, self.settings)
+            self.scene = read_scene(depsgraph, self.settings)
         except SceneError as error:
             fail(self, str(error))
         except Exception as error:

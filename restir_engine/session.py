@@ -79,7 +79,7 @@ def memory_in_use() -> int:
 
 
 class Session:
-    """Renders `scene` (committed) with `settings` into `film`."""
+    """Renders `scene`, which it commits where that has not been done, with `settings` into `film`."""
 
     def __init__(self, scene: Scene, settings: RenderSettings) -> None:
         self.scene = scene
@@ -108,7 +108,7 @@ class Session:
         Raises what a kernel raised, with the film as it was.
         """
         start = time.perf_counter()
-        self._report("Loading render kernels (the first render compiles them, about a minute)", start, on_progress)
+        self._report("Preparing the scene (the first render compiles kernels, about a minute)", start, on_progress)
         integrator = self._load(cancelled, start, on_progress)
         if integrator is None:
             return False
@@ -137,13 +137,15 @@ class Session:
         on_progress(self.status)
 
     def _load(self, cancelled, start, on_progress):
-        """The integrator with its kernel loaded or compiled, in a daemon thread so that Esc and quit answer at once."""
+        """Commit the scene and load or compile the integrator, in a daemon thread: Esc and quit answer at once."""
         result: list = []
 
         def work() -> None:
             try:
                 from .integrators.path import PathIntegrator
 
+                if not self.scene.committed:
+                    self.scene.commit()
                 result.append(PathIntegrator(self.scene, self.settings, self.film))
             except BaseException as error:  # handed to the calling thread
                 result.append(error)

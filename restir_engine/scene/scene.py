@@ -21,7 +21,11 @@ from .world import World
 
 
 class Scene:
-    """Owner of all arrays that kernels reach. Fill the parts, then `commit`; change a part and commit again."""
+    """Owner of all arrays that kernels reach. Fill the parts, then `commit`; change a part and commit again.
+
+    `commit` needs no bpy, compiles the instructions that the programs use, and may take its time: it can run on a
+    thread of its own.
+    """
 
     def __init__(self) -> None:
         self.meshes: list[Mesh] = []
@@ -38,6 +42,7 @@ class Scene:
         self.attribute_names: dict[str, int] = {name: index for index, name in enumerate(names.RESERVED)}
         self._bottom: dict[int, tuple[Mesh, MeshScene]] = {}
         self._top: WorldScene | None = None
+        self.committed = False
         self._record = np.zeros(1, rec.SCENE)
         self._arrays: list[np.ndarray] = []
 
@@ -58,6 +63,7 @@ class Scene:
         self._commit_shading(record)
         self.world.commit(self)
         self.lights.commit(self)
+        self.committed = True
 
     def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
         record[field] = address(array)

@@ -29,13 +29,22 @@ def build_scene(depsgraph, settings) -> Scene:
 
     Raises SceneError where no picture can come of it.
     """
+    scene = read_scene(depsgraph, settings)
+    scene.commit()
+    return scene
+
+
+def read_scene(depsgraph, settings) -> Scene:
+    """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
+
+    Raises SceneError where no picture can come of it.
+    """
     scene = Scene()
     scene.frame = depsgraph.scene.frame_current
     scene.camera = sync_camera(depsgraph, scene.warnings)
     reader = _Reader(scene, depsgraph, settings)
     reader.read()
     sync_world(scene, depsgraph, reader.materials)
-    scene.commit()
     return scene
 
 
