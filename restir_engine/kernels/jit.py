@@ -14,7 +14,6 @@ from numba.core import types
 
 from . import cache
 
-
 _NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
