@@ -17,6 +17,7 @@ import numpy as np
 
 from .denoise import denoise
 from .film import Film
+from .kernels import cache
 from .scene.scene import Scene
 from .settings import RenderSettings, required_passes
 
@@ -147,6 +148,7 @@ class Session:
                 if not self.scene.committed:
                     self.scene.commit()
                 result.append(PathIntegrator(self.scene, self.settings, self.film))
+                cache.remove_old()
             except BaseException as error:  # handed to the calling thread
                 result.append(error)
 

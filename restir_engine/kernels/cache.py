@@ -7,10 +7,12 @@ one folder raise ModuleNotFoundError when loaded).
 """
 
 import ast
+import contextlib
 import hashlib
 import os
 import shutil
 import sys
+import time
 from functools import cache
 from pathlib import Path
 
@@ -45,8 +47,16 @@ def module_folder(module: str) -> Path:
     path = _ROOT.joinpath(*relative.split(".")).with_suffix(".py")
     if not path.exists():  # a package, or a test's own kernels
         source = Path(sys.modules[module].__file__).read_bytes()
-        return root() / hashlib.sha1(module.encode() + source + _all_sources()).hexdigest()[:16]
-    return root() / _digest(path)
+        return _used(root() / hashlib.sha1(module.encode() + source + _all_sources()).hexdigest()[:16])
+    return _used(root() / _digest(path))
+
+
+def _used(folder: Path) -> Path:
+    """Note on the folder itself that it is in use, for `remove_old`."""
+    if folder.is_dir():
+        with contextlib.suppress(OSError):
+            os.utime(folder)
+    return folder
 
 
 @cache
@@ -95,12 +105,10 @@ def _imports(path: Path) -> tuple[Path, ...]:
 
 
 def remove_old(days: float = 30.0) -> None:
-    """Delete cache folders that no kernel has been loaded from or written to for `days`."""
-    import time
-
+    """Delete cache folders whose module has not been imported for `days`: those of older versions of the sources."""
     if not root().is_dir():
         return
     limit = time.time() - days * 86400
     for folder in root().iterdir():
-        if folder.is_dir() and folder.stat().st_atime < limit and folder.stat().st_mtime < limit:
+        if folder.is_dir() and folder.stat().st_mtime < limit:
             shutil.rmtree(folder, ignore_errors=True)
