@@ -19,7 +19,7 @@ from ..kernels.interaction import offset_origin, surface_point
 from ..kernels.intersect import intersect
 from ..kernels.jit import device, inlined, kernel
 from ..kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
-from ..kernels.lobes import LABEL_TRANSPARENT, bsdf_blur, bsdf_eval, bsdf_has_eval, bsdf_sample
+from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_eval, bsdf_has_eval, bsdf_sample
 from ..kernels.memory import address
 from ..kernels.path_state import (
     DIM_DIRECTION,
@@ -68,6 +68,7 @@ from ..kernels.records import (
     path_at,
     shading_point_at,
 )
+from ..kernels.scatter import scatter, scatter_entries
 from ..kernels.shader_vm import shader_eval
 from ..kernels.shadow import transmittance
 from ..kernels.surface_passes import data_passes, feature_passes
@@ -77,6 +78,9 @@ from ..settings import RenderSettings, filter_table
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
+
+# What becomes of a path at a surface: it ends, has a new ray, or enters a medium and leaves it elsewhere.
+ENDS, GOES_ON, SCATTERS = 0, 1, 2
 
 LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
 
@@ -108,7 +112,7 @@ def trace_path(scene, camera, integrator, film, scratch):
         t, instance, primitive, u, v = intersect(scene, scratch, o, d, path.tmin, reach, visibility(path.flags))
         inherit(sp, path, t)
         if path.flags & RAY_DIFFUSE:
-            sp.ray_flags |= integrator.caustics
+            sp.ray_flags |= integrator.after_diffuse
         if scene.n_lights > 0:
             add_lamps(scene, integrator, film, scratch, path, sp, t)
         if instance < 0:
@@ -148,8 +152,13 @@ def trace_path(scene, camera, integrator, film, scratch):
             if not pass_through(path, sp, integrator, vec(sp.transparent)):
                 return
             continue
-        direct_light(scene, integrator, film, scratch, path, sp)
-        if not bounce(scene, integrator, path, sp):
+        step = SCATTERS
+        while step == SCATTERS:
+            direct_light(scene, integrator, film, scratch, path, sp)
+            step = bounce(scene, integrator, path, sp)
+            if step == SCATTERS and not scatter(scene, integrator, film, scratch, path, sp):
+                return
+        if step == ENDS:
             return
 
 
@@ -258,30 +267,32 @@ def direct_light(scene, integrator, film, scratch, path, sp):
 
 @inlined
 def bounce(scene, integrator, path, sp):
-    """Sample the lobes and make the path's next ray; False when there is none."""
+    """Sample the lobes and make the path's next ray: ENDS, GOES_ON or SCATTERS."""
     if sp.n_closures == 0:
-        return False
+        return ENDS
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
     label, wi, f, pdf = bsdf_sample(scene, sp, u0, u1, u2)
     if label == 0 or pdf <= 0.0:
-        return False
+        return ENDS
     total = (f[0] + f[3] + f[6], f[1] + f[4] + f[7], f[2] + f[5] + f[8])
     if max3(total) <= 0.0:
-        return False
+        return ENDS
     if label & LABEL_TRANSPARENT:
-        return pass_through(path, sp, integrator, scale(total, 1.0 / pdf))
+        return GOES_ON if pass_through(path, sp, integrator, scale(total, 1.0 / pdf)) else ENDS
     put(path.throughput, scale(mul(vec(path.throughput), total), 1.0 / pdf))
     if path.bounce == 0:
         put(path.diffuse_weight, (share(f[0], total[0]), share(f[1], total[1]), share(f[2], total[2])))
         put(path.glossy_weight, (share(f[3], total[0]), share(f[4], total[1]), share(f[5], total[2])))
+    if label & LABEL_SUBSURFACE:
+        return SCATTERS
     put(path.o, offset_origin(sp, wi))
     put(path.d, normalize(wi))
     put(path.receiver, vec(sp.receiver))
     path.tmin = 0.0
     path.dp = sp.dp
     next_state(path, integrator, label, pdf)
-    return True
+    return GOES_ON
 
 
 def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray:
@@ -293,7 +304,7 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     r["min_bounces"] = settings.min_bounces
     r["transparent_film"] = settings.film_transparent
     r["pass_alpha_threshold"] = settings.pass_alpha_threshold
-    r["caustics"] = (0 if settings.caustics_reflective else RAY_NO_REFLECTION) | (
+    r["after_diffuse"] = (0 if settings.caustics_reflective else RAY_NO_REFLECTION) | (
         0 if settings.caustics_refractive else RAY_NO_REFRACTION
     )
     # A path of n bounces still finds light by its last ray, which therefore counts.
@@ -313,6 +324,8 @@ class PathIntegrator:
     def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self._integrator = integrator_record(settings, self._table)
+        self._scatter = scatter_entries(scene.record["flags"])
+        self._integrator[0]["scatter"] = address(self._scatter)
         self._scene, self._film = scene, film
         self._camera = np.zeros(1, CAMERA)
         self._camera[0] = scene.camera.record()

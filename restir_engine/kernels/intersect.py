@@ -17,7 +17,7 @@ INVALID = 0xFFFFFFFF
 
 
 @inlined
-def _put_ray(ray, o, d, tmin, tmax, mask):
+def put_ray(ray, o, d, tmin, tmax, mask):
     """Fill an RTCRay; its layout is that of embree4/rtcore_ray.h."""
     store_f32(ray, 0, o[0])
     store_f32(ray, 1, o[1])
@@ -40,7 +40,7 @@ def intersect(scene, scratch, o, d, tmin, tmax, mask):
     mask: RAY_* bits; instances that share none of them are invisible.
     """
     ray = scratch + SCRATCH_RAY
-    _put_ray(ray, o, d, tmin, tmax, mask)
+    put_ray(ray, o, d, tmin, tmax, mask)
     store_u32(ray, 18, INVALID)
     store_u32(ray, 19, INVALID)
     rtc_intersect1(scene.embree, ray, 0)
@@ -57,6 +57,6 @@ def intersect(scene, scratch, o, d, tmin, tmax, mask):
 def occluded(scene, scratch, o, d, tmax, mask):
     """Whether anything visible to `mask` lies on the segment of length tmax."""
     ray = scratch + SCRATCH_SHADOW_RAY
-    _put_ray(ray, o, d, 0.0, tmax, mask)
+    put_ray(ray, o, d, 0.0, tmax, mask)
     rtc_occluded1(scene.embree, ray, 0)
     return load_f32(ray, 8) < 0.0

@@ -96,6 +96,8 @@ RAY_LAST = 2048  # the path ends here: only emission and transparency are wanted
 RAY_NO_LOBES = RAY_SHADOW | RAY_EMISSION | RAY_LAST  # programs make no BSDF closures when one of these is set
 RAY_NO_REFLECTION = 4096  # caustics are off, and the ray comes from a diffuse bounce: no lobes that mirror
 RAY_NO_REFRACTION = 8192  # nor any that refract
+RAY_SUBSURFACE_DIFFUSE = 16384  # subsurface scattering of every method is rendered as diffuse
+RAY_BURLEY_DIFFUSE = 32768  # that of BURLEY is
 RAY_ALL = 1023
 
 # Shading ------------------------------------------------------------------------------------------------
@@ -107,6 +109,8 @@ MATERIAL = _record(
     "flags",  # MATERIAL_* bits
     "pass_index",
     "emission_sampling",  # 0 none, 1 auto, 2 front, 3 back, 4 both
+    "medium",  # start of the program of the medium inside in `code`, -1: none; it uses the same constants
+    "medium_priority",  # where media overlap, those of the highest priority count
     ("emission_estimate", 3),  # radiance, for light selection; 0 where it does not emit
     ("lambert", 3),  # weight of the one lobe of MATERIAL_LAMBERT
 )
@@ -114,6 +118,9 @@ MATERIAL_EMITS = 1
 MATERIAL_LAMBERT = 8  # nothing but a Lambert lobe of weight `lambert`: the program need not run
 MATERIAL_TRANSPARENT = 2  # may let shadow rays through
 MATERIAL_VARYING_EMISSION = 4  # emission depends on the point (a texture)
+MATERIAL_SUBSURFACE = 16  # may make a LOBE_SUBSURFACE: its meshes have a bottom-level scene
+MATERIAL_BUMPED_EXIT = 32  # its subsurface lobes have normals of their own: light leaves by these
+MATERIAL_MEDIUM = 64  # has a medium inside
 
 IMAGE = _record(
     "pixels",  # float32 or uint8 [height, width, 4] rows bottom to top, alpha associated
@@ -154,6 +161,7 @@ SHADING_POINT = _record(
     "transparent_depth",
     "closures",  # address of CLOSURE [MAX_CLOSURES]
     "n_closures",
+    "scatterer",  # the closure that bsdf_sample chose with LABEL_SUBSURFACE
     "registers",  # address of float64 [MAX_REGISTERS]
     ("t", 1),  # length of the ray that arrived
     ("u", 1),  # barycentric weights of corners 1 and 2 on a triangle; parametric on a light
@@ -314,6 +322,8 @@ SCENE = _record(
     ("bounds", 6),  # min and max of all instances
 )
 SCENE_HAS_TRANSPARENT = 1
+SCENE_HAS_SUBSURFACE = 2
+SCENE_HAS_MEDIA = 4
 
 # A render in progress ---------------------------------------------------------------------------------------
 
@@ -363,7 +373,9 @@ INTEGRATOR = _record(
     ("clamp_indirect", 1),
     ("filter_glossy", 1),  # inf: off
     ("pass_alpha_threshold", 1),
-    "caustics",  # RAY_NO_REFLECTION, RAY_NO_REFRACTION: what is off after a diffuse bounce
+    "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
+    "scatter",  # int64 [2]: code of subsurface scattering, for media (0) and for BURLEY (1); see kernels.scatter
+    "max_scatters",  # a random walk ends after as many scattering events, unseen; 0: unlimited
 )
 FILTER_TABLE_SIZE = 1025
 
@@ -382,6 +394,7 @@ PATH = _record(
     "data_done",
     "denoise",  # denoising features are still to be written
     "last",  # no more lobes: only emission and transparency
+    "scattered",  # whether kernels.scatter found where light leaves
     ("o", 3),
     ("d", 3),
     ("tmin", 1),
@@ -425,4 +438,5 @@ SCRATCH_CLOSURES = 4096
 SCRATCH_SHADOW_CLOSURES = SCRATCH_CLOSURES + MAX_CLOSURES * CLOSURE.itemsize
 SCRATCH_REGISTERS = SCRATCH_SHADOW_CLOSURES + MAX_CLOSURES * CLOSURE.itemsize
 SCRATCH_SHADOW_REGISTERS = SCRATCH_REGISTERS + 8 * MAX_REGISTERS
-SCRATCH_BYTES = SCRATCH_SHADOW_REGISTERS + 8 * MAX_REGISTERS
+SCRATCH_SCATTER = SCRATCH_SHADOW_REGISTERS + 8 * MAX_REGISTERS  # what subsurface scattering keeps
+SCRATCH_BYTES = SCRATCH_SCATTER + 32768

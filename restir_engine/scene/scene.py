@@ -74,10 +74,13 @@ class Scene:
         self.instances = instances
         masks = self._instance_masks()
         users = np.bincount(instances["mesh"][masks != 0], minlength=len(self.meshes))
+        scatters = np.zeros(len(self.meshes), bool)
+        scatters[instances["mesh"][self._have_flag(rec.MATERIAL_SUBSURFACE)]] = True
+        record["flags"] |= rec.SCENE_HAS_SUBSURFACE if scatters.any() else 0
         self._bottom = {
             id(mesh): self._bottom.get(id(mesh)) or (mesh, MeshScene(mesh.vertices, mesh.triangles))
-            for mesh, count in zip(self.meshes, users, strict=True)
-            if count > 1
+            for mesh, own in zip(self.meshes, (users > 1) | scatters & (users > 0), strict=True)
+            if own
         }
         meshes = np.zeros(len(self.meshes), rec.MESH)
         for index, mesh in enumerate(self.meshes):
@@ -102,7 +105,7 @@ class Scene:
         record["bounds"] = (*lower, *upper) if len(instances) and masks.any() else (0.0,) * 6
 
     def _place(self, mesh: Mesh, transform: np.ndarray, mask: int) -> Placed:
-        """A mesh in the world: as an instance when it stands there more than once."""
+        """A mesh in the world: as an instance when it stands there more than once or scatters light inside."""
         if not mask or id(mesh) in self._bottom:
             return Placed(mask, transform, scene=self._bottom[id(mesh)][1] if mask else None)
         matrix = transform.reshape(3, 4)
@@ -110,16 +113,19 @@ class Scene:
 
     def _instance_masks(self) -> np.ndarray:
         """Embree masks: visibility, with shadow rays told apart by whether a material lets them through."""
-        lets_through = (self.shaders.materials["flags"] & rec.MATERIAL_TRANSPARENT) != 0
-        slots = lets_through[self.material_slots]
-        counts = np.concatenate([[0], np.cumsum(slots)])
-        start = self.instances["materials"]
-        transparent = counts[start + self.instances["n_materials"]] > counts[start]
+        transparent = self._have_flag(rec.MATERIAL_TRANSPARENT)
         self._record[0]["flags"] = rec.SCENE_HAS_TRANSPARENT if transparent.any() else 0
         visibility = self.instances["visibility"] & rec.RAY_ALL
         shadow = (visibility & rec.RAY_SHADOW) != 0
         shadow_bits = np.where(transparent, rec.RAY_SHADOW_TRANSPARENT, rec.RAY_SHADOW_OPAQUE)
         return (visibility & ~rec.RAY_SHADOW) | np.where(shadow, shadow_bits, 0)
+
+    def _have_flag(self, flag: int) -> np.ndarray:
+        """Which instances have a material with one of these MATERIAL_* bits, bool (n_instances,)."""
+        slots = (self.shaders.materials["flags"] & flag) != 0
+        counts = np.concatenate([[0], np.cumsum(slots[self.material_slots])])
+        start = self.instances["materials"]
+        return counts[start + self.instances["n_materials"]] > counts[start]
 
     def _commit_shading(self, record: np.void) -> None:
         self.shaders.commit()

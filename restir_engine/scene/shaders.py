@@ -21,6 +21,8 @@ class Program:
     pass_index: int = 0
     emission_sampling: int = 0  # see MATERIAL
     emission_estimate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    medium: int = -1  # where in `code` the program of the medium inside starts, -1: none
+    medium_priority: int = 0
 
 
 def constant_lambert(program: Program) -> np.ndarray | None:
@@ -95,7 +97,8 @@ class ShaderTable:
             record["code"] = code_at if len(program.code) else -1
             record["constants"] = constants_at
             record["n_constants"] = len(program.constants)
-            for name in ("flags", "pass_index", "emission_sampling", "emission_estimate"):
+            record["medium"] = code_at + program.medium if program.medium >= 0 else -1
+            for name in ("flags", "pass_index", "emission_sampling", "emission_estimate", "medium_priority"):
                 record[name] = getattr(program, name)
             lambert = constant_lambert(program)
             if lambert is not None:

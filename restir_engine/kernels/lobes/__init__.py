@@ -5,6 +5,7 @@ from .closure import (
     LABEL_GLOSSY,
     LABEL_REFLECT,
     LABEL_SINGULAR,
+    LABEL_SUBSURFACE,
     LABEL_TRANSMIT,
     LABEL_TRANSPARENT,
 )
@@ -19,6 +20,7 @@ __all__ = [
     "LABEL_GLOSSY",
     "LABEL_REFLECT",
     "LABEL_SINGULAR",
+    "LABEL_SUBSURFACE",
     "LABEL_TRANSMIT",
     "LABEL_TRANSPARENT",
     "bsdf_blur",

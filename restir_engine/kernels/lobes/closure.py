@@ -12,6 +12,7 @@ LOBE_OREN_NAYAR = 2
 LOBE_SHEEN = 3
 LOBE_TOON_DIFFUSE = 4
 LOBE_TRANSLUCENT = 5
+LOBE_SUBSURFACE = 6  # leaves the surface elsewhere: sampled by bsdf_sample, followed by kernels.scatter
 LOBE_REFLECTION = 10
 LOBE_ASHIKHMIN_SHIRLEY = 11
 LOBE_VELVET = 12
@@ -29,6 +30,7 @@ LABEL_DIFFUSE = 4
 LABEL_GLOSSY = 8
 LABEL_SINGULAR = 16
 LABEL_TRANSPARENT = 32
+LABEL_SUBSURFACE = 64
 
 # Cycles' constants: what is lighter or smoother than this is dropped or a mirror.
 WEIGHT_CUTOFF = 1e-5
@@ -42,6 +44,17 @@ P_F0 = 3  # rgb: reflectance at normal incidence, or a conductor's n
 P_EDGE = 6  # rgb: F82's b, or a conductor's k
 P_REFLECTION = 9  # rgb: tints of the two halves of a generalised Schlick dielectric
 P_TRANSMISSION = 12
+
+# And for LOBE_SUBSURFACE, whose α (roughness of the entry) and ior stand in the fields of these names. Its weight
+# contains the colour. A channel whose mean free path is 0 has no weight here: it is diffuse.
+P_SIGMA_T = 0  # rgb: extinction, 1 by scene unit
+P_ALBEDO = 3  # rgb: single-scattering albedo α
+P_COLOR = 6  # rgb: the artist's colour, the albedo that many scatterings add up to
+P_LENGTH = 9  # rgb: BURLEY's length before it is scaled by the colour
+P_ANISOTROPY = 12  # mean cosine g of Henyey and Greenstein's phase function
+P_ENTRY = 13  # ENTRY_*: how light enters
+P_BURLEY = 14  # 1: the artist asked for BURLEY
+ENTRY_DIFFUSE, ENTRY_REFRACTIVE, ENTRY_SKIN = 0, 1, 2
 
 
 @device

@@ -15,6 +15,7 @@ from .closure import (
     LABEL_GLOSSY,
     LABEL_REFLECT,
     LABEL_SINGULAR,
+    LABEL_SUBSURFACE,
     LABEL_TRANSMIT,
     LABEL_TRANSPARENT,
     LOBE_ASHIKHMIN_SHIRLEY,
@@ -22,6 +23,7 @@ from .closure import (
     LOBE_LAMBERT,
     LOBE_OREN_NAYAR,
     LOBE_SHEEN,
+    LOBE_SUBSURFACE,
     LOBE_THIN_TRANSMISSION,
     LOBE_TOON_DIFFUSE,
     LOBE_TOON_GLOSSY,
@@ -181,7 +183,8 @@ def bsdf_sample(scene, sp, u0, u1, u2):
 
     `value` holds 9 floats (diffuse, glossy, transmission rgb, times the absolute cosine) of the mixture, `pdf` is its
     density by solid angle.
-    With LABEL_SINGULAR they are of the one lobe: value / pdf is the throughput. Label 0: no sample.
+    With LABEL_SINGULAR they are of the one lobe: value / pdf is the throughput. Label 0: no sample. So they are with
+    LABEL_SUBSURFACE, which has no direction: `sp.scatterer` is the closure that scatters.
     """
     if sp.n_closures == 1:
         c = closure_at(sp.closures, 0)
@@ -196,6 +199,10 @@ def bsdf_sample(scene, sp, u0, u1, u2):
     if chosen < 0:
         return 0, _NONE, _NO_VALUE, 0.0
     c = closure_at(sp.closures, chosen)
+    if c.kind == LOBE_SUBSURFACE:
+        sp.scatterer = chosen
+        r, g, b = vec(c.weight)
+        return LABEL_SUBSURFACE, _NONE, (r, g, b, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), probability
     label, wi, throughput, side = closure_sample(c, sp, u1, u2, u)
     if label == 0:
         return 0, wi, _NO_VALUE, 0.0

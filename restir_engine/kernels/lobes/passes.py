@@ -13,6 +13,7 @@ from .closure import (
     CLASS_TRANSMISSION,
     LOBE_ASHIKHMIN_SHIRLEY,
     LOBE_OREN_NAYAR,
+    LOBE_SUBSURFACE,
     LOBE_THIN_TRANSMISSION,
     LOBE_TRANSPARENT,
     is_microfacet,
@@ -98,7 +99,7 @@ def bsdf_has_eval(sp):
     """Whether any closure can be evaluated, so that light sampling is of use."""
     for i in range(sp.n_closures):
         c = closure_at(sp.closures, i)
-        if c.kind != LOBE_TRANSPARENT and not (_has_alpha(c.kind) and is_singular(c)):
+        if c.kind != LOBE_TRANSPARENT and c.kind != LOBE_SUBSURFACE and not (_has_alpha(c.kind) and is_singular(c)):
             return True
     return False
 

@@ -1,0 +1,34 @@
+"""Rays against one object alone, in its mesh's own acceleration structure: subsurface scattering never leaves it.
+
+Rays are given in world space and traced in object space with a direction that is not normalised there, so that
+distances stay those of the world.
+"""
+
+from .intersect import INVALID, put_ray, rtc_intersect1
+from .jit import device, inlined
+from .memory import load_f32, load_u32, store_u32
+from .records import RAY_ALL, SCRATCH_RAY, instance_at, mesh_at
+from .vec import transform_point, transform_vector
+
+
+@inlined
+def local_ray(scene, ray, instance, o, d, tmin, tmax):
+    """Fill an RTCRayHit for a query of one instance; its acceleration structure, 0 when it has none."""
+    placed = instance_at(scene.instances, instance)
+    put_ray(ray, transform_point(placed.to_object, o), transform_vector(placed.to_object, d), tmin, tmax, RAY_ALL)
+    store_u32(ray, 18, INVALID)
+    store_u32(ray, 19, INVALID)
+    return mesh_at(scene.meshes, placed.mesh).embree
+
+
+@device
+def local_intersect(scene, scratch, instance, o, d, tmin, tmax):
+    """Nearest hit with one instance: (t, primitive, u, v); primitive -1 where nothing is hit."""
+    ray = scratch + SCRATCH_RAY
+    structure = local_ray(scene, ray, instance, o, d, tmin, tmax)
+    if structure == 0:
+        return tmax, -1, 0.0, 0.0
+    rtc_intersect1(structure, ray, 0)
+    if load_u32(ray, 18) == INVALID:
+        return tmax, -1, 0.0, 0.0
+    return load_f32(ray, 8), load_u32(ray, 17), load_f32(ray, 15), load_f32(ray, 16)

@@ -1,0 +1,34 @@
+"""Subsurface scattering as integrators see it: from the closure that was chosen to the point where light leaves.
+
+The methods are entries, compiled when a scene first needs one, and share this contract. On entering, `sp` is the point
+where light enters (seen from outside), `sp.scatterer` the closure, and `path.throughput` contains the closure's weight
+by the probability of its choice. A method leaves in `path.scattered` whether a path goes on; if so, `sp` is the point
+where light leaves, seen from outside, with one Lambert closure of weight 1 about its own (bumped) normal, and
+`path.throughput`, `path.dimension` are up to date. What a method gathers on the way it adds to the film itself.
+"""
+
+import numpy as np
+
+from .jit import Entry, inlined
+from .lobes.closure import P_BURLEY
+from .memory import call_entry, load_i64, record_address
+from .records import SCENE_HAS_SUBSURFACE, closure_at
+
+
+@inlined
+def scatter(scene, integrator, film, scratch, path, sp):
+    """Follow light through the medium under `sp`; False when it does not come out."""
+    path.scattered = 0
+    burley = 1 if closure_at(sp.closures, sp.scatterer).p[P_BURLEY] != 0.0 else 0
+    code = load_i64(integrator.scatter, burley)
+    if code != 0:
+        call_entry(code, record_address(scene), record_address(integrator), record_address(film), scratch, 0)
+    return path.scattered != 0
+
+
+def scatter_entries(scene_flags: int) -> np.ndarray:
+    """The table that INTEGRATOR.scatter points to: int64 (2,), compiled where it is not yet; 0 where none is needed."""
+    entries: tuple[Entry | None, ...] = (None, None)
+    if not scene_flags & SCENE_HAS_SUBSURFACE:
+        entries = (None, None)
+    return np.array([0 if e is None else e.address for e in entries], np.int64)
