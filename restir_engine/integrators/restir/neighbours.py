@@ -1,0 +1,70 @@
+"""Which pixels a pixel takes samples from: decided by pixel coordinates, seeds and surfaces, never by samples.
+
+Rejection by surface keeps the result unbiased: it only changes which domains are resampled from.
+"""
+
+import math
+
+from ...kernels import rng
+from ...kernels.jit import device, inlined
+from ...kernels.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA
+from ...kernels.vec import dot, sub
+
+# Dimensions of the random numbers of reuse; keys are the pixel's own, see `reuse_key`.
+DIM_NEIGHBOURS = 0
+
+PAIR_BLOCK = 32  # pixels, a power of two: partners are found inside a block
+
+
+@inlined
+def disk_neighbour(key, index, x, y, radius):
+    """The index-th neighbour of the pixel (x, y), uniform on a disk of `radius` pixels: (x, y), maybe off the film.
+
+    The indices of a key are stratified over the disk.
+    """
+    u, v = rng.sample2(key, index, DIM_NEIGHBOURS)
+    r = radius * math.sqrt(u)
+    angle = 2.0 * math.pi * v
+    return x + math.floor(r * math.cos(angle) + 0.5), y + math.floor(r * math.sin(angle) + 0.5)
+
+
+@device
+def partner(seed, index, x, y, reach):
+    """The index-th partner of the pixel (x, y) by an involution, the same for all pixels: (x, y), maybe off the film.
+
+    If j is i's partner, i is j's: what a pair needs of each other is worked out once. Coordinates are flipped by a
+    mask of bits below `reach` (a power of two, at most PAIR_BLOCK) inside blocks whose grid the seed displaces.
+    """
+    h = rng.hash_combine(seed, index)
+    mask = h % (reach * reach - 1) + 1  # never 0: nobody is its own partner
+    offset = rng.hash_u32(h)
+    offset_x = offset % PAIR_BLOCK
+    offset_y = (offset // PAIR_BLOCK) % PAIR_BLOCK
+    return ((x + offset_x) ^ (mask % reach)) - offset_x, ((y + offset_y) ^ (mask // reach)) - offset_y
+
+
+@device
+def pixel_radius(camera, distance, radius):
+    """How many pixels a length `radius` spans at that distance from the camera (perspective: along its axis)."""
+    if camera.kind == CAMERA_PANORAMA:
+        per_pixel = distance * (camera.panorama[1] - camera.panorama[0]) / camera.width
+    else:
+        per_pixel = (camera.screen[1] - camera.screen[0]) / camera.width
+        if camera.kind != CAMERA_ORTHOGRAPHIC:
+            per_pixel *= distance
+    return radius / max(abs(per_pixel), 1.0e-12)
+
+
+@device
+def similar(p, n, material, t, other_p, other_n, other_material, other_t, min_cosine, max_depth):
+    """Whether two surfaces are alike enough for their samples to be of use to each other; symmetric.
+
+    n: shading normals, at most acos(min_cosine) apart; t: distances along the camera's rays. Each point lies in the
+    other's tangent plane within max_depth times the smaller t, or their t differ by less than that share.
+    """
+    if material != other_material or dot(n, other_n) < min_cosine:
+        return False
+    between = sub(other_p, p)
+    limit = max_depth * min(t, other_t)
+    off_plane = max(abs(dot(between, n)), abs(dot(between, other_n)))
+    return off_plane <= limit or abs(t - other_t) <= limit

@@ -1,0 +1,79 @@
+"""The reservoir: one sample with its unbiased contribution weight, 64 bytes a pixel, and weighted selection.
+
+The first 32 bytes are the sample itself and belong to the technique; the others are what resampling works with.
+"""
+
+import numpy as np
+
+from ...kernels.jit import device, inlined
+from ...kernels.memory import load_i64, record_at, store_i64
+
+RESERVOIR = np.dtype(
+    [
+        # A point on a light, see `lights.point`; what is not needed is 0.
+        ("light", np.int32),  # lamp, EMISSIVE, WORLD, or NOTHING: no sample
+        ("instance", np.int32),
+        ("primitive", np.int32),
+        ("seed", np.int32),  # of the numbers that made the sample: its identity
+        ("place", np.float32, (3,)),  # barycentrics, a point of the lamp, or a direction
+        ("age", np.int32),  # frames since the sample was made
+        # Resampling:
+        ("contribution_weight", np.float32),  # W, an unbiased estimate of 1/pdf; 0: a null sample
+        ("confidence", np.float32),  # how many independent samples it is worth
+        ("target", np.float32),  # p̂ of the sample in its own pixel
+        ("distance", np.float32),  # pixels from where the sample's visibility was traced
+        ("visibility", np.float32, (3,)),  # V̄, by colour channel or three times the same
+        ("padding", np.int32),
+    ]
+)
+SAMPLE_BYTES = 32
+EMISSIVE, WORLD, NOTHING = -1, -2, -3  # in place of a lamp's index
+
+reservoir_at = record_at(RESERVOIR)
+
+
+@inlined
+def copy_sample(to, source):
+    """Copy the sample of the reservoir at address `source` to the one at address `to`; W and the rest stay."""
+    store_i64(to, 0, load_i64(source, 0))
+    store_i64(to, 1, load_i64(source, 1))
+    store_i64(to, 2, load_i64(source, 2))
+    store_i64(to, 3, load_i64(source, 3))
+
+
+@inlined
+def clear(reservoir, confidence):
+    """Make a null sample of that confidence: nothing was found, and that counts."""
+    reservoir.light = NOTHING
+    reservoir.instance = -1
+    reservoir.primitive = -1
+    reservoir.seed = 0
+    reservoir.age = 0
+    reservoir.contribution_weight = 0.0
+    reservoir.confidence = confidence
+    reservoir.target = 0.0
+    reservoir.distance = 0.0
+    reservoir.visibility[0] = 0.0
+    reservoir.visibility[1] = 0.0
+    reservoir.visibility[2] = 0.0
+
+
+@inlined
+def accept(weight, total, u):
+    """Weighted reservoir sampling (Chao 1982), one candidate: (selected, u for the next candidate).
+
+    `total` is the sum of the weights so far, `weight` included. The part of u that the decision leaves over is uniform
+    in [0, 1) again, so that one number does for a stream of candidates.
+    """
+    if weight <= 0.0:
+        return False, u
+    p = weight / total
+    if u < p:
+        return True, u / p
+    return False, (u - p) / (1.0 - p)
+
+
+@device
+def contribution_weight(total, target):
+    """W_Y = Σ w_i / p̂(Y) (course, eq. 3.2); 0 for a null sample."""
+    return total / target if target > 0.0 else 0.0
