@@ -221,6 +221,7 @@ LIGHT_SAMPLE = _record(
     ("uv", 2),
     "instance",  # of an emissive triangle
     "primitive",
+    ("mis_pdf", 1),  # solid angle: what MIS weighs it by; pdf itself, but where it was resampled from a tile
 )
 LIGHT_SAMPLE_DELTA = 1
 LIGHT_SAMPLE_NO_SHADOW = 2
@@ -254,6 +255,42 @@ LIGHT_TABLE = _record(
     "emitters",  # EMITTER [n_emitters]
     "groups",  # EMITTER_GROUP
     ("lamps", 1),  # probability of choosing a lamp, an emissive triangle, the world; sum 1, or all 0
+    ("triangles", 1),
+    ("world", 1),
+    "places",  # int64, addresses of code that places points of lights: kernels.lights.places; 0: no reuse of points
+    "tiles",  # LIGHT_TILES; 0: none
+)
+
+# A point of a light as reservoirs and tiles keep it: (source, primitive, u, v), see kernels.lights.places. `primitive`
+# is that of the instance `source`, or one of:
+POINT_ON_LAMP, POINT_ON_WORLD, POINT_NOWHERE = -1, -2, -3
+
+TILE_ENTRY = np.dtype(  # such a point, and about what it sends out
+    [
+        ("source", np.int32),
+        ("primitive", np.int32),
+        ("u", np.float32),
+        ("v", np.float32),
+        ("pdf", np.float32),  # in the measure of points; 0: empty
+        ("shape", np.int32),  # SHAPE_*
+        ("p", np.float32, (3,)),  # world space
+        ("n", np.float32, (3,)),
+        ("power", np.float32, (3,)),  # intensity along n; SHAPE_DIRECTION: irradiance at normal incidence
+        ("focus", np.float32, (2,)),
+    ]
+)
+# How a point shines: to all sides; by the cosine to n, to one side or both; the same through a grid (focus: tangent of
+# half the spread, normalisation); in a cone about n (focus: its cosine, steepness of the blend); from the direction p.
+SHAPE_BALL, SHAPE_FACE, SHAPE_TWO_SIDED, SHAPE_GRID, SHAPE_CONE, SHAPE_DIRECTION = 0, 1, 2, 3, 4, 5
+
+LIGHT_TILES = _record(
+    "entries",  # TILE_ENTRY [n_tiles, size]
+    "n_tiles",
+    "size",
+    "candidates",  # drawn for each light sample; 0: lights are chosen as PATH does it
+    "lamp_alias",  # ALIAS [n_lights]
+    "lamp_probabilities",  # float32 [n_lights]
+    ("lamps", 1),  # probability of a lamp, an emissive triangle, the world; sum 1, or all 0
     ("triangles", 1),
     ("world", 1),
 )
@@ -420,6 +457,8 @@ light_at = record_at(LIGHT)
 light_sample_at = record_at(LIGHT_SAMPLE)
 scene_at = record_at(SCENE)
 light_table_at = record_at(LIGHT_TABLE)
+light_tiles_at = record_at(LIGHT_TILES)
+tile_entry_at = record_at(TILE_ENTRY)
 emitter_at = record_at(EMITTER)
 emitter_group_at = record_at(EMITTER_GROUP)
 world_table_at = record_at(WORLD_TABLE)

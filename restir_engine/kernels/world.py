@@ -97,8 +97,6 @@ def _other_pdf(table, d):
 def sample_world(scene, sp, scratch, u0, u1, u2, ls):
     """Choose a direction; ls.pdf leaves out the choice between lamps, triangles and world."""
     table = world_table_at(scene.world_table, 0)
-    if sp.depth > table.max_bounces:
-        return False
     if u2 < table.map:
         d, pdf = _sample_map(table, u0, u1)
     else:
@@ -107,6 +105,16 @@ def sample_world(scene, sp, scratch, u0, u1, u2, ls):
         else:
             d = cone((0.0, 0.0, 1.0), 2.0, u0, u1)
         pdf = _map_pdf(table, d) if table.map > 0.0 else 0.0
+    ls.pdf = table.map * pdf + _other_pdf(table, d)
+    return place_world(scene, sp, scratch, d, ls)
+
+
+@inlined
+def place_world(scene, sp, scratch, d, ls):
+    """Fill ls, but for its density, with the world in direction d; False where it does not light sp."""
+    table = world_table_at(scene.world_table, 0)
+    if sp.depth > table.max_bounces:
+        return False
     point = shadow_point(scratch, sp)
     world_point(scene, point, d)
     put(ls.radiance, run_emission(scene, point))
@@ -119,7 +127,6 @@ def sample_world(scene, sp, scratch, u0, u1, u2, ls):
     put(ls.p, d)
     put(ls.ng, neg(d))
     ls.distance = math.inf
-    ls.pdf = table.map * pdf + _other_pdf(table, d)
     ls.uv[0] = 0.0
     ls.uv[1] = 0.0
     return True

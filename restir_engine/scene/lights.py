@@ -9,6 +9,7 @@ import numpy as np
 from ..kernels import records as rec
 from ..kernels.lights.build import build_alias, measure_emission
 from ..kernels.lights.entries import light_entries
+from ..kernels.lights.places import place_entries
 from ..kernels.memory import address
 from .lamps import LUMINANCE
 
@@ -102,6 +103,12 @@ class LightTable:
         kinds = np.unique(self.lamps["kind"])
         self._share(self._record[0], "entries", light_entries(kinds, triangles > 0.0, world > 0.0))
         scene.record["light_table"] = address(self._record)
+
+    def prepare_reuse(self, scene) -> None:
+        """Let kernels place points of lights again (kernels.lights.places); after the scene's commit."""
+        emits = ((scene.shaders.materials["flags"] & rec.MATERIAL_EMITS) != 0).any()
+        entries = place_entries(np.unique(self.lamps["kind"]), bool(emits), scene.world.material >= 0)
+        self._share(self._record[0], "places", entries)
 
     def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
         record[field] = address(array)

@@ -13,7 +13,17 @@ A lamp neither blocks nor deflects rays: one that hits a lamp goes on behind it.
 """
 
 from .evaluate import light_radiance, lights_intersect, sun_next
+from .places import light_point, point_of_lamp, point_of_sample
 from .sample import light_sample
 from .triangle import triangle_pdf
 
-__all__ = ["light_radiance", "light_sample", "lights_intersect", "sun_next", "triangle_pdf"]
+__all__ = [
+    "light_point",
+    "light_radiance",
+    "light_sample",
+    "lights_intersect",
+    "point_of_lamp",
+    "point_of_sample",
+    "sun_next",
+    "triangle_pdf",
+]

@@ -146,8 +146,6 @@ def sample_area(light, o, u0, u1, ls):
     qu, qv, h = _height(light, o)
     if h <= 0.0:
         return 0.0
-    a, b, n = _axes(light)
-    factor = 1.0
     u = qu
     v = qv
     solid_angle = 0.0
@@ -180,21 +178,53 @@ def sample_area(light, o, u0, u1, ls):
             return 0.0
     elif abs(su) > 0.5 * (1.0 + 1e-9) or abs(sv) > 0.5 * (1.0 + 1e-9):
         return 0.0
+    t, factor = _put_point(light, o, u, v, h, ls)
+    if light.flags & LIGHT_DELTA == 0:
+        ls.pdf = density * t * t * t / h if density > 0.0 else 1.0 / solid_angle
+    return factor
+
+
+@inlined
+def _put_point(light, o, u, v, h, ls):
+    """Fill ls with the point (u, v) of the lamp's plane as seen from o at height h: (distance, factor on strength)."""
+    a, b, n = _axes(light)
     p = madd(madd(vec(light.center), a, u), b, v)
     w = sub(p, o)
     t = math.sqrt(dot(w, w))
-    d = (w[0] / t, w[1] / t, w[2] / t)
-    cos = h / t
-    put(ls.wi, d)
+    put(ls.wi, (w[0] / t, w[1] / t, w[2] / t))
     put(ls.ng, n)
     put(ls.p, p)
     ls.distance = t
-    ls.uv[0] = su + 0.5
-    ls.uv[1] = sv + 0.5
+    ls.uv[0] = u / light.p[3] + 0.5
+    ls.uv[1] = v / light.p[7] + 0.5
     ls.pdf = 1.0
-    if light.flags & LIGHT_DELTA == 0:
-        factor = spread_factor(light, cos)
-        ls.pdf = density * t * t / cos if density > 0.0 else 1.0 / solid_angle
+    return t, spread_factor(light, h / t) if light.flags & LIGHT_DELTA == 0 else 1.0
+
+
+@inlined
+def area_density(light, d, t):
+    """Density by solid angle of points uniform by area, of the one at distance t along d."""
+    size = light.p[3] * light.p[7] * (0.25 * math.pi if light.flags & LIGHT_ELLIPSE else 1.0)
+    return t * t / (-dot(d, normal_of(light)) * size)
+
+
+@device
+def place_area(light, o, x, y, ls):
+    """Fill ls with the point at texture coordinates (x, y), of a beam with the one that o sees.
+
+    Returns the factor on the lamp's strength; ls.pdf is the density of points uniform by area.
+    """
+    qu, qv, h = _height(light, o)
+    if h <= 0.0:
+        return 0.0
+    if light.flags & LIGHT_DELTA:
+        u = qu / light.p[3]
+        v = qv / light.p[7]
+        outside = u * u + v * v > 0.25 if light.flags & LIGHT_ELLIPSE else max(abs(u), abs(v)) > 0.5
+        _, factor = _put_point(light, o, qu, qv, h, ls)
+        return 0.0 if outside else factor
+    _, factor = _put_point(light, o, (x - 0.5) * light.p[3], (y - 0.5) * light.p[7], h, ls)
+    ls.pdf = area_density(light, vec(ls.wi), ls.distance)
     return factor
 
 

@@ -4,8 +4,8 @@ import math
 
 from ..jit import device
 from ..records import LIGHT_DELTA, LIGHT_SPHERE, LIGHT_SPOT
-from ..vec import dot, frame, length, madd, normalize, put, scale, sub, transform_vector, vec
-from ..warp import cone, disk, one_minus_cos
+from ..vec import dot, frame, length, madd, neg, normalize, put, scale, sub, transform_vector, vec
+from ..warp import cone_at, cone_disk, disk, one_minus_cos
 
 
 @device
@@ -75,21 +75,24 @@ def _sphere_distance(light, o, d):
 
 
 @device
-def _sample_sphere(light, o, u0, u1, ls):
-    c = vec(light.center)
-    axis = sub(c, o)
+def _sphere_cone(light, o):
+    """(axis, 1 - cos of the half angle) of the cone in which o sees a sphere."""
+    axis = sub(vec(light.center), o)
     d2 = dot(axis, axis)
-    r = light.radius
-    drop = 2.0
-    axis = normalize(axis)
-    if d2 > r * r:
-        drop = _sphere_drop(light, d2)
-        if drop < one_minus_cos(r * r / d2):  # the spot's cone is the narrower one
-            axis = spot_axis(light)
-            axis = (-axis[0], -axis[1], -axis[2])
-    elif d2 == 0.0:
-        axis = (0.0, 0.0, 1.0)
-    d = cone(axis, drop, u0, u1)
+    r2 = light.radius * light.radius
+    if d2 <= r2:
+        return (0.0, 0.0, 1.0) if d2 == 0.0 else normalize(axis), 2.0
+    drop = _sphere_drop(light, d2)
+    if drop < one_minus_cos(r2 / d2):  # the spot's cone is the narrower one
+        return neg(spot_axis(light)), drop
+    return normalize(axis), drop
+
+
+@device
+def _place_sphere(light, o, x, y, ls):
+    c = vec(light.center)
+    axis, drop = _sphere_cone(light, o)
+    d = cone_at(axis, drop, x, y)
     t = _sphere_distance(light, o, d)
     if t < 0.0:
         if drop == 2.0 or light.kind == LIGHT_SPOT:
@@ -98,22 +101,20 @@ def _sample_sphere(light, o, u0, u1, ls):
     ng = normalize(sub(madd(o, d, t), c))
     put(ls.wi, d)
     put(ls.ng, ng)
-    put(ls.p, madd(c, ng, r))
+    put(ls.p, madd(c, ng, light.radius))
     ls.distance = t
     ls.pdf = 1.0 / (2.0 * math.pi * drop)
     return True
 
 
 @device
-def _sample_disk(light, o, u0, u1, ls):
+def _place_disk(light, o, x, y, ls):
     c = vec(light.center)
-    axis = sub(o, c)
-    n = normalize(axis)
+    n = normalize(sub(o, c))
     p = c
     r = light.radius
     if light.flags & LIGHT_DELTA == 0:
         t, b = frame(n)
-        x, y = disk(u0, u1)
         p = madd(madd(c, t, x * r), b, y * r)
     w = sub(p, o)
     distance = length(w)
@@ -136,10 +137,20 @@ def _sample_disk(light, o, u0, u1, ls):
 @device
 def sample_ball(light, o, u0, u1, ls):
     """Choose a point of a point or spot light for o; returns the factor on its strength, 0: no sample."""
+    x, y = disk(u0, u1)
+    return place_ball(light, o, x, y, ls)
+
+
+@device
+def place_ball(light, o, x, y, ls):
+    """Fill ls with the point that o sees at (x, y) of the lamp's unit disk; returns the factor on its strength.
+
+    The disk is what turns towards o, or that of the cone in which o sees the sphere.
+    """
     if light.flags & LIGHT_SPHERE:
-        done = _sample_sphere(light, o, u0, u1, ls)
+        done = _place_sphere(light, o, x, y, ls)
     else:
-        done = _sample_disk(light, o, u0, u1, ls)
+        done = _place_disk(light, o, x, y, ls)
     if not done:
         return 0.0
     d = vec(ls.wi)
@@ -148,6 +159,20 @@ def sample_ball(light, o, u0, u1, ls):
         factor /= ls.distance * ls.distance
     ls.uv[0], ls.uv[1] = ball_uv(light, vec(ls.ng), d)
     return factor
+
+
+@device
+def ball_coordinates(light, o, d, t):
+    """The point (x, y) of the unit disk for which `place_ball` gives the lamp's point at distance t along d from o."""
+    if light.flags & LIGHT_DELTA:
+        return 0.0, 0.0
+    if light.flags & LIGHT_SPHERE:
+        axis, drop = _sphere_cone(light, o)
+        return cone_disk(axis, drop, d)
+    c = sub(o, vec(light.center))
+    a, b = frame(normalize(c))
+    w = madd(c, d, t)
+    return dot(w, a) / light.radius, dot(w, b) / light.radius
 
 
 @device

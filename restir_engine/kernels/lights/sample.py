@@ -33,22 +33,28 @@ def _sample_lamp(scene, table, sp, scratch, u, ls):
     factor = ls.radiance[0]
     if factor <= 0.0:
         return False
+    shine(scene, sp, scratch, i, light, factor, ls)
+    ls.pdf *= probability
+    return True
+
+
+@inlined
+def shine(scene, sp, scratch, index, light, factor, ls):
+    """Complete ls, whose geometry is that of a lamp's point, with what the lamp sends to sp from there."""
     radiance = scale(vec(light.strength), factor)
     if light.material >= 0:
         point = shadow_point(scratch, sp)
         u, v = float(ls.uv[0]), float(ls.uv[1])
-        off_surface(point, light.material, i, vec(ls.p), vec(ls.ng), vec(ls.wi), ls.distance, u, v)
+        off_surface(point, light.material, index, vec(ls.p), vec(ls.ng), vec(ls.wi), ls.distance, u, v)
         radiance = mul(radiance, run_emission(scene, point))
-    ls.light = i
+    ls.light = index
     ls.flags = (LIGHT_SAMPLE_DELTA if light.flags & LIGHT_DELTA else 0) | (
         LIGHT_SAMPLE_NO_SHADOW if light.flags & LIGHT_NO_SHADOW else 0
     )
     ls.visibility = light.visibility
     ls.instance = -1
     ls.primitive = -1
-    ls.pdf *= probability
     put(ls.radiance, radiance)
-    return True
 
 
 @device
@@ -87,4 +93,5 @@ def light_sample(scene, sp, scratch, u0, u1, u2):
     else:
         return False
     ls.pdf *= share
+    ls.mis_pdf = ls.pdf
     return done and ls.pdf > 0.0 and (ls.radiance[0] != 0.0 or ls.radiance[1] != 0.0 or ls.radiance[2] != 0.0)

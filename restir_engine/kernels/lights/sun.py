@@ -5,7 +5,7 @@ import math
 from ..jit import device
 from ..records import LIGHT_DELTA
 from ..vec import add, dot, length, neg, put, sub
-from ..warp import cone
+from ..warp import cone_at, cone_disk, disk
 
 
 @device
@@ -27,17 +27,32 @@ def sun_uv(light, d):
 @device
 def sample_sun(light, u0, u1, ls):
     """Choose a direction; returns the factor on its strength."""
+    x, y = disk(u0, u1)
+    return place_sun(light, x, y, ls)
+
+
+@device
+def place_sun(light, x, y, ls):
+    """Fill ls with the direction of a point of the unit disk; returns the factor on the lamp's strength."""
     d = sun_direction(light)
     ls.pdf = 1.0
     if light.flags & LIGHT_DELTA == 0:
-        d = cone(d, light.p[3], u0, u1)
-        ls.pdf = 1.0 / (2.0 * math.pi * light.p[3])
+        d = cone_at(d, light.p[3], x, y)
+        ls.pdf = sun_pdf(light)
     put(ls.wi, d)
     put(ls.ng, neg(d))
     put(ls.p, d)
     ls.distance = math.inf
     ls.uv[0], ls.uv[1] = sun_uv(light, d)
     return 1.0
+
+
+@device
+def sun_coordinates(light, d):
+    """The point of the unit disk whose direction is d."""
+    if light.flags & LIGHT_DELTA:
+        return 0.0, 0.0
+    return cone_disk(sun_direction(light), light.p[3], d)
 
 
 @device

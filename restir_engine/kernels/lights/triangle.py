@@ -4,7 +4,7 @@ import math
 
 from ..emission import run_emission, shadow_point
 from ..interaction import surface_point
-from ..jit import device
+from ..jit import device, inlined
 from ..memory import load_f32, load_i32, load_u32
 from ..records import (
     emitter_at,
@@ -119,29 +119,69 @@ def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
         if t <= 0.0:
             return False
         d = scale(w, 1.0 / t)
-        cos = abs(dot(d, n)) / size
-        if cos == 0.0:
+        density = _area_density(t * t, dot(d, n))
+        if density == 0.0:
             return False
-        density = t * t / (cos * 0.5 * size)
+    ls.pdf = density * emitter.probability * load_f32(group.probabilities, primitive)
     point = shadow_point(scratch, sp)
     surface_point(scene, point, instance, primitive, u, v, t, d)
     if not _sampled_side(scene, point):
         return False
+    _put_point(scene, point, d, t, ls)
+    return True
+
+
+@inlined
+def _area_density(distance2, along):
+    """Density by solid angle of points uniform by area; along: the unit direction times twice the area's vector."""
+    return 2.0 * distance2 / abs(along) if along != 0.0 else 0.0
+
+
+@inlined
+def _put_point(scene, point, d, t, ls):
+    """Fill ls, but for its density, with the point of a triangle that is seen at distance t along d."""
     put(ls.radiance, run_emission(scene, point))
-    record = instance_at(scene.instances, instance)
     ls.light = -1
     ls.flags = 0
-    ls.visibility = record.visibility
+    ls.visibility = instance_at(scene.instances, point.instance).visibility
     put(ls.wi, d)
     ls.distance = t
     put(ls.p, vec(point.p))
     put(ls.ng, vec(point.ng))
-    ls.pdf = density * emitter.probability * load_f32(group.probabilities, primitive)
-    ls.uv[0] = u
-    ls.uv[1] = v
-    ls.instance = instance
-    ls.primitive = primitive
+    ls.uv[0] = point.u
+    ls.uv[1] = point.v
+    ls.instance = point.instance
+    ls.primitive = point.primitive
+
+
+@device
+def place_triangle(scene, sp, scratch, instance, primitive, u, v, ls):
+    """Fill ls with the point at barycentrics (u, v) as sp sees it; ls.pdf is the density of points uniform by area."""
+    a, b, c = triangle_vertices(scene, instance, primitive)
+    ab = sub(b, a)
+    ac = sub(c, a)
+    w = sub(madd(madd(a, ab, u), ac, v), vec(sp.p))
+    t2 = dot(w, w)
+    if t2 == 0.0:
+        return False
+    t = math.sqrt(t2)
+    d = scale(w, 1.0 / t)
+    ls.pdf = _area_density(t2, dot(d, cross(ab, ac)))
+    if ls.pdf == 0.0:
+        return False
+    point = shadow_point(scratch, sp)
+    surface_point(scene, point, instance, primitive, u, v, t, d)
+    _put_point(scene, point, d, t, ls)
     return True
+
+
+@device
+def triangle_density(scene, sp, o):
+    """Density by solid angle at o of points uniform by area, of the point sp of a triangle."""
+    a, b, c = triangle_vertices(scene, sp.instance, sp.primitive)
+    w = sub(vec(sp.p), o)
+    t2 = dot(w, w)
+    return _area_density(t2, dot(w, cross(sub(b, a), sub(c, a))) / math.sqrt(t2)) if t2 > 0.0 else 0.0
 
 
 @device
@@ -163,10 +203,4 @@ def triangle_pdf(scene, sp, o):
     solid_angle = _spherical(a, b, c, n, o)
     if solid_angle > 0.0:
         return chosen / solid_angle
-    w = sub(vec(sp.p), o)
-    t2 = dot(w, w)
-    h = abs(dot(w, n))
-    if h == 0.0:
-        return 0.0
-    # t² / (cos × area), with cos = h / (t |n|) and area = |n| / 2
-    return chosen * 2.0 * t2 * math.sqrt(t2) / h
+    return chosen * triangle_density(scene, sp, o)
