@@ -106,6 +106,34 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         description="Light that glass casts on a diffuse surface. Off is less noisy and darkens the shadow of glass",
         default=DEFAULTS.caustics_refractive,
     )
+    sss_after_diffuse: EnumProperty(
+        name="After Diffuse",
+        description="What becomes of subsurface scattering that is seen by way of a diffuse bounce",
+        items=(
+            (
+                "AS_CYCLES",
+                "As Cycles",
+                "As Cycles of this Blender has it: diffuse for Christensen–Burley, before Blender 5.0 for all methods",
+            ),
+            ("ALWAYS", "Scatter", "Light scatters below the surface on every bounce: slower, and right"),
+            (
+                "DIFFUSE",
+                "Diffuse",
+                "A diffuse surface of the same colour: faster, but light no longer bleeds through "
+                "thin parts nor over the edges of shadows there",
+            ),
+        ),
+        default="AS_CYCLES",
+    )
+    sss_max_scatters: IntProperty(
+        name="Max Scatters",
+        description="Scattering events after which light inside a random walk counts as absorbed, for comparisons. "
+        "0 is unlimited; any other number is darker",
+        default=DEFAULTS.sss_max_scatters,
+        min=0,
+        soft_max=256,
+        max=1 << 20,
+    )
     film_exposure: FloatProperty(
         name="Exposure",
         description="Factor on the brightness of the passes that hold light, before colour management",
@@ -141,6 +169,13 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
     )
     # Whether the Cycles settings of this scene were looked at once.
     is_initialized: BoolProperty(default=False, options={"HIDDEN"})
+
+
+def _sss_after_diffuse(choice: str) -> str:
+    """RenderSettings' value of `sss_after_diffuse`: AS_CYCLES by the running Blender's version."""
+    if choice != "AS_CYCLES":
+        return choice
+    return "DIFFUSE" if bpy.app.version < (5, 0, 0) else "BURLEY_DIFFUSE"
 
 
 class RestirViewLayerSettings(bpy.types.PropertyGroup):
@@ -181,6 +216,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             if scene.render.threads_mode == "FIXED" and not own.threads
             else own.threads,
             "film_transparent": scene.render.film_transparent,
+            "sss_after_diffuse": _sss_after_diffuse(own.sss_after_diffuse),
             "extra_transparent": bpy.app.version < (5, 0, 0),
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "passes": enabled_passes(view_layer),

@@ -69,6 +69,18 @@ class RESTIR_RENDER_PT_light_paths(RestirPanel, bpy.types.Panel):
         caustics.prop(own, "caustics_refractive", text="Refractive")
 
 
+class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
+    """Light that scatters below surfaces"""
+
+    bl_label = "Subsurface"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        own, column = context.scene.restir, self.column()
+        column.prop(own, "sss_after_diffuse")
+        column.prop(own, "sss_max_scatters")
+
+
 class RESTIR_RENDER_PT_film(RestirPanel, bpy.types.Panel):
     """From light to pixels"""
 
@@ -189,6 +201,7 @@ CLASSES = (
     RESTIR_RENDER_PT_sampling,
     RESTIR_RENDER_PT_denoising,
     RESTIR_RENDER_PT_light_paths,
+    RESTIR_RENDER_PT_subsurface,
     RESTIR_RENDER_PT_film,
     RESTIR_RENDER_PT_simplify,
     RESTIR_RENDER_PT_performance,

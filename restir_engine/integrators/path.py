@@ -49,12 +49,14 @@ from ..kernels.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     MATERIAL_EMITS,
     MATERIAL_TRANSPARENT,
+    RAY_BURLEY_DIFFUSE,
     RAY_CAMERA,
     RAY_DIFFUSE,
     RAY_GLOSSY,
     RAY_LAST,
     RAY_NO_REFLECTION,
     RAY_NO_REFRACTION,
+    RAY_SUBSURFACE_DIFFUSE,
     RAY_TRANSMIT,
     SCRATCH_BYTES,
     SCRATCH_CLOSURES,
@@ -81,6 +83,9 @@ if TYPE_CHECKING:
 
 # What becomes of a path at a surface: it ends, has a new ray, or enters a medium and leaves it elsewhere.
 ENDS, GOES_ON, SCATTERS = 0, 1, 2
+
+# What RenderSettings.sss_after_diffuse makes diffuse after a diffuse bounce.
+SSS_AFTER_DIFFUSE = {"ALWAYS": 0, "BURLEY_DIFFUSE": RAY_BURLEY_DIFFUSE, "DIFFUSE": RAY_SUBSURFACE_DIFFUSE}
 
 LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
 
@@ -304,9 +309,12 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     r["min_bounces"] = settings.min_bounces
     r["transparent_film"] = settings.film_transparent
     r["pass_alpha_threshold"] = settings.pass_alpha_threshold
-    r["after_diffuse"] = (0 if settings.caustics_reflective else RAY_NO_REFLECTION) | (
-        0 if settings.caustics_refractive else RAY_NO_REFRACTION
+    r["after_diffuse"] = (
+        (0 if settings.caustics_reflective else RAY_NO_REFLECTION)
+        | (0 if settings.caustics_refractive else RAY_NO_REFRACTION)
+        | SSS_AFTER_DIFFUSE[settings.sss_after_diffuse]
     )
+    r["max_scatters"] = settings.sss_max_scatters
     # A path of n bounces still finds light by its last ray, which therefore counts.
     for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces"):
         r[name] = getattr(settings, name) + 1

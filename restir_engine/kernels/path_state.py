@@ -10,6 +10,7 @@ from .memory import load_f32
 from .records import (
     FILTER_TABLE_SIZE,
     RAY_ALL,
+    RAY_BURLEY_DIFFUSE,
     RAY_CAMERA,
     RAY_DIFFUSE,
     RAY_GLOSSY,
@@ -17,6 +18,7 @@ from .records import (
     RAY_REFLECT,
     RAY_SHADOW,
     RAY_SINGULAR,
+    RAY_SUBSURFACE_DIFFUSE,
     RAY_TRANSMIT,
     RAY_TRANSPARENT,
     SCRATCH_PATH,
@@ -157,6 +159,8 @@ def next_state(path, integrator, label, pdf):
     path.bounce += 1
     path.dimension += DIMENSIONS
     last = path.bounce >= integrator.max_bounces
+    subsurface = RAY_SUBSURFACE_DIFFUSE | RAY_BURLEY_DIFFUSE
+    kept = path.flags & subsurface  # as long as the path goes on, whatever it meets
     flags = RAY_REFLECT
     if label & LABEL_REFLECT:
         if label & LABEL_DIFFUSE:
@@ -171,11 +175,12 @@ def next_state(path, integrator, label, pdf):
         last = last or path.transmission_bounce >= integrator.transmission_bounces
     if label & LABEL_DIFFUSE:
         flags |= RAY_DIFFUSE
+        kept |= integrator.after_diffuse & subsurface
     elif label & LABEL_GLOSSY:
         flags |= RAY_GLOSSY
     else:
         flags |= RAY_GLOSSY | RAY_SINGULAR
-    path.flags = flags
+    path.flags = flags | kept
     path.background_visible = 0
     path.mis_pdf = 0.0 if label & LABEL_SINGULAR else pdf
     if not label & LABEL_SINGULAR:

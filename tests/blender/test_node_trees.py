@@ -245,14 +245,6 @@ def test_a_tree_that_defeats_a_converter_is_rendered_plain(monkeypatch):
     assert len(program.code) and len(warnings) == 1 and "Math" in warnings[0] and "Surprise" in warnings[0]
 
 
-def test_subsurface_is_announced():
-    def build(tree):
-        return add_node(tree, "ShaderNodeBsdfPrincipled", inputs={"Subsurface Weight": 0.5}).outputs[0]
-
-    _, warnings = _compile(build)
-    assert len(warnings) == 1 and "subsurface scattering is rendered as diffuse" in warnings[0]
-
-
 def _displaced(identifier, space):
     """Facing of a surface whose material output has a displacement."""
 

@@ -34,6 +34,10 @@ CASES = {
         {"Roughness": 0.4, "Metallic": 0.3, "Transmission_Weight": 0.4, "Coat_Weight": 0.5, "Coat_Roughness": 0.3},
     ),
     "thin": (PRINCIPLED, {"Roughness": 0.5, "Transmission_Weight": 1.0, "Thin_Wall": 1.0}),
+    "thin sheet": (
+        PRINCIPLED,
+        {"Thin_Wall": 1.0, "Subsurface_Weight": 0.8, "Subsurface_Anisotropy": 0.3, "Diffuse_Roughness": 0.6},
+    ),
     "fibres": (PRINCIPLED, {"Roughness": 0.4, "Sheen_Weight": 1.0, "Diffuse_Roughness": 0.5}),
 }
 COSINES = (0.98, 0.5, 0.1)

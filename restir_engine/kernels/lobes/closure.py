@@ -13,6 +13,7 @@ LOBE_SHEEN = 3
 LOBE_TOON_DIFFUSE = 4
 LOBE_TRANSLUCENT = 5
 LOBE_SUBSURFACE = 6  # leaves the surface elsewhere: sampled by bsdf_sample, followed by kernels.scatter
+LOBE_ROUGH_TRANSLUCENT = 7  # Oren–Nayar about the normal of the far side
 LOBE_REFLECTION = 10
 LOBE_ASHIKHMIN_SHIRLEY = 11
 LOBE_VELVET = 12

@@ -6,7 +6,7 @@ A direction is sampled from one closure, chosen by its sampling weight; value an
 
 from ..jit import device
 from ..records import closure_at
-from ..vec import dot, neg, scale, vec
+from ..vec import dot, madd, neg, scale, vec
 from .ashikhmin import ashikhmin_eval, ashikhmin_sample, ashikhmin_singular
 from .closure import (
     CLASS_DIFFUSE,
@@ -22,6 +22,7 @@ from .closure import (
     LOBE_GLASS,
     LOBE_LAMBERT,
     LOBE_OREN_NAYAR,
+    LOBE_ROUGH_TRANSLUCENT,
     LOBE_SHEEN,
     LOBE_SUBSURFACE,
     LOBE_THIN_TRANSMISSION,
@@ -67,6 +68,9 @@ def closure_eval(c, wo, wi):
         value, pdf = ashikhmin_eval(c, wo, wi)
     elif kind == LOBE_THIN_TRANSMISSION:
         value, pdf = thin_eval(c, wo, wi)
+    elif kind == LOBE_ROUGH_TRANSLUCENT:
+        n = vec(c.n)
+        return oren_nayar_eval(c, madd(wo, n, -2.0 * dot(n, wo)), wi)
     return value, value, value, pdf
 
 
@@ -153,8 +157,8 @@ def closure_sample(c, sp, u0, u1, u2):
     if kind <= LOBE_OREN_NAYAR:
         wi = diffuse_sample(c, 1.0, u0, u1)
         return _side(sp, diffuse, wi), wi, _NONE, 0.0
-    if kind == LOBE_TRANSLUCENT:
-        wi = diffuse_sample(c, -1.0, u0, u1)
+    if kind in (LOBE_TRANSLUCENT, LOBE_ROUGH_TRANSLUCENT):
+        wi = diffuse_sample(c, -1.0 if kind == LOBE_TRANSLUCENT else 1.0, u0, u1)
         return _side(sp, LABEL_TRANSMIT | LABEL_DIFFUSE, wi), wi, _NONE, 0.0
     if kind == LOBE_TRANSPARENT:
         return LABEL_TRANSMIT | LABEL_SINGULAR | LABEL_TRANSPARENT, neg(wo), (1.0, 1.0, 1.0), 1.0

@@ -17,6 +17,7 @@ from .setup import (
     toon_op,
     translucent_op,
 )
+from .subsurface import subsurface_op
 
 FIRST = nodes.DIFFUSE
 
@@ -83,6 +84,11 @@ def _toon(scene, sp, op, registers, at):
     toon_op(shading_point_at(sp, 0), registers, scene_at(scene, 0).code, at)
 
 
+@entry
+def _subsurface(scene, sp, op, registers, at):
+    subsurface_op(shading_point_at(sp, 0), registers, scene_at(scene, 0).code, at)
+
+
 _BY_OPCODE: dict[int, Entry] = {
     nodes.DIFFUSE: _diffuse,
     nodes.PRINCIPLED: _principled,
@@ -94,5 +100,6 @@ _BY_OPCODE: dict[int, Entry] = {
     nodes.TRANSPARENT: _transparent,
     nodes.SHEEN: _sheen,
     nodes.TOON: _toon,
+    nodes.SUBSURFACE: _subsurface,
 }
 BSDF_ENTRIES: tuple[Entry, ...] = tuple(_BY_OPCODE[op] for op in sorted(_BY_OPCODE))  # by opcode, from FIRST on

@@ -15,6 +15,8 @@ A linked Normal of zero length counts as `sp.n`.
 
 from typing import NamedTuple
 
+from ..medium.parameters import ANY_SIGN, METHODS, POSITIVE
+
 VALUE, NORMAL, TANGENT = "VALUE", "NORMAL", "TANGENT"
 
 # Opcodes.
@@ -28,9 +30,14 @@ TRANSLUCENT = 206
 TRANSPARENT = 207
 SHEEN = 208
 TOON = 209
+SUBSURFACE = 210
 
 # Microfacet distributions, as immediates.
 GGX, MULTI_GGX, BECKMANN, ASHIKHMIN_SHIRLEY = 0, 1, 2, 3
+
+# How light enters below the surface: ENTRY_* of `closure`, or as the method has it.
+ENTRY_OF_METHOD = -1
+ENTRIES = {"METHOD": ENTRY_OF_METHOD, "DIFFUSE": 0, "REFRACTIVE": 1, "SKIN": 2}
 
 
 class Input(NamedTuple):
@@ -44,7 +51,7 @@ class Input(NamedTuple):
 
 
 class BsdfNode(NamedTuple):
-    """An instruction's layout; `enums` holds (attribute of the node, identifier → immediate)."""
+    """An instruction's layout; `enums` holds (attribute of the node or choice of `sync`, identifier → immediate)."""
 
     opcode: int
     inputs: tuple[Input, ...]
@@ -58,6 +65,8 @@ class BsdfNode(NamedTuple):
 _COLOR, _ROUGHNESS, _IOR = Input("Color", 3), Input("Roughness", 1), Input("IOR", 1)
 _NORMAL, _TANGENT = Input("Normal", 3, NORMAL), Input("Tangent", 3, TANGENT)
 _ANISOTROPY, _ROTATION = Input("Anisotropy", 1), Input("Rotation", 1)
+# The choices of subsurface scattering that sync makes for the running Blender and the material.
+_SUBSURFACE_CHOICES = (("entry", ENTRIES), ("sign", {"POSITIVE": POSITIVE, "ANY": ANY_SIGN}))
 
 BSDF_NODES: dict[str, BsdfNode] = {
     "ShaderNodeBsdfDiffuse": BsdfNode(DIFFUSE, (_COLOR, _ROUGHNESS, _NORMAL)),
@@ -88,8 +97,17 @@ BSDF_NODES: dict[str, BsdfNode] = {
             Input("Emission Color", 3),
             Input("Emission Strength", 1),
             Input("Thin Wall", 1),
+            Input("Subsurface Weight", 1, alternates=("Subsurface",)),
+            Input("Subsurface Radius", 3),
+            Input("Subsurface Scale", 1, missing=1.0),
+            Input("Subsurface IOR", 1, missing=1.4),
+            Input("Subsurface Anisotropy", 1),
         ),
-        (("distribution", {"GGX": GGX, "MULTI_GGX": MULTI_GGX}),),
+        (
+            ("distribution", {"GGX": GGX, "MULTI_GGX": MULTI_GGX}),
+            ("subsurface_method", METHODS),
+            *_SUBSURFACE_CHOICES,
+        ),
     ),
     "ShaderNodeBsdfAnisotropic": BsdfNode(
         GLOSSY,
@@ -140,5 +158,10 @@ BSDF_NODES: dict[str, BsdfNode] = {
         TOON,
         (_COLOR, Input("Size", 1), Input("Smooth", 1), _NORMAL),
         (("component", {"DIFFUSE": 0, "GLOSSY": 1}),),
+    ),
+    "ShaderNodeSubsurfaceScattering": BsdfNode(
+        SUBSURFACE,
+        (_COLOR, Input("Scale", 1), Input("Radius", 3), _IOR, _ROUGHNESS, _ANISOTROPY, _NORMAL),
+        (("falloff", METHODS), *_SUBSURFACE_CHOICES),
     ),
 }

@@ -13,6 +13,7 @@ from .closure import (
     CLASS_TRANSMISSION,
     LOBE_ASHIKHMIN_SHIRLEY,
     LOBE_OREN_NAYAR,
+    LOBE_ROUGH_TRANSLUCENT,
     LOBE_SUBSURFACE,
     LOBE_THIN_TRANSMISSION,
     LOBE_TRANSPARENT,
@@ -69,7 +70,7 @@ def bsdf_roughness(sp):
         c = closure_at(sp.closures, i)
         if _has_alpha(c.kind):
             value = math.sqrt(math.sqrt(c.alpha_x * c.alpha_y))
-        elif c.kind == LOBE_OREN_NAYAR:
+        elif c.kind in (LOBE_OREN_NAYAR, LOBE_ROUGH_TRANSLUCENT):
             value = c.p[5]
         elif c.kind == LOBE_TRANSPARENT:
             value = 0.0

@@ -1,11 +1,13 @@
 """The Principled BSDF: layers from the top down, each leaving to the next what it does not reflect.
 
-Alpha, sheen, coat (with its tint), emission, metal, transmission, dielectric reflection, diffuse.
+Alpha, sheen, coat (with its tint), emission, metal, transmission, dielectric reflection, subsurface scattering and
+diffuse.
 """
 
 import math
 
 from ..jit import device
+from ..medium.parameters import RANDOM_WALK_SKIN
 from ..memory import load_i32
 from ..records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, RAY_SHADOW, closure_at
 from ..vec import add, dot, is_black, lerp, mul, normalize, put, scale, vec
@@ -27,7 +29,8 @@ from .setup import (
     tangent_input,
 )
 from .sheen import add_sheen
-from .thin import add_thin_glass
+from .subsurface import add_subsurface, radius_input
+from .thin import add_thin_glass, add_thin_subsurface
 
 _NODE = BSDF_NODES["ShaderNodeBsdfPrincipled"]
 _BASE_COLOR, _METALLIC, _ROUGHNESS = _NODE.operand("Base Color"), _NODE.operand("Metallic"), _NODE.operand("Roughness")
@@ -46,7 +49,11 @@ _SHEEN, _SHEEN_ROUGHNESS = _NODE.operand("Sheen Weight"), _NODE.operand("Sheen R
 _SHEEN_TINT = _NODE.operand("Sheen Tint")
 _EMISSION, _EMISSION_STRENGTH = _NODE.operand("Emission Color"), _NODE.operand("Emission Strength")
 _THIN_WALL = _NODE.operand("Thin Wall")
+_SUBSURFACE, _RADIUS = _NODE.operand("Subsurface Weight"), _NODE.operand("Subsurface Radius")
+_SCALE, _SUBSURFACE_IOR = _NODE.operand("Subsurface Scale"), _NODE.operand("Subsurface IOR")
+_SUBSURFACE_ANISOTROPY = _NODE.operand("Subsurface Anisotropy")
 _DISTRIBUTION = 1 + len(_NODE.inputs)
+_METHOD, _ENTRY, _SIGN = _DISTRIBUTION + 1, _DISTRIBUTION + 2, _DISTRIBUTION + 3
 
 
 @device
@@ -122,7 +129,7 @@ def _coat(scene, sp, registers, code, at, coat, n, weight):
 
 @device
 def _body(scene, sp, registers, code, at, n, weight, thin):
-    """Metal, transmission, dielectric reflection and diffuse."""
+    """Metal, transmission, dielectric reflection, subsurface scattering and diffuse."""
     wo, tables = vec(sp.wo), scene.lobe_tables
     base = positive(triple(registers, code, at + _BASE_COLOR))
     clamped = lower(base, 1.0)
@@ -151,9 +158,20 @@ def _body(scene, sp, registers, code, at, n, weight, thin):
         _transmission(tables, sp, scale(weight, transmission), valid, roughness, ior, tint, clamped, multiple, thin)
         weight = scale(weight, 1.0 - transmission)
 
-    level = max(number(registers, code, at + _SPECULAR_LEVEL), 0.0)
-    weight = _specular(tables, sp, weight, valid, t, alpha_x, alpha_y, ior, level, tint, multiple)
-    add_diffuse(sp, mul(base, weight), n, clamp(number(registers, code, at + _DIFFUSE_ROUGHNESS), 0.0, 1.0), base)
+    f0, eta = _leveled(ior, max(number(registers, code, at + _SPECULAR_LEVEL), 0.0))
+    weight = _specular(tables, sp, weight, valid, t, alpha_x, alpha_y, f0, eta, tint, multiple)
+
+    diffuse_roughness = clamp(number(registers, code, at + _DIFFUSE_ROUGHNESS), 0.0, 1.0)
+    inside = clamp(number(registers, code, at + _SUBSURFACE), 0.0, 1.0)
+    if inside > WEIGHT_CUTOFF:
+        below = mul(clamped, scale(weight, inside))
+        if thin:
+            g = number(registers, code, at + _SUBSURFACE_ANISOTROPY)
+            add_thin_subsurface(sp, below, n, g, diffuse_roughness, clamped)
+        else:
+            _subsurface(sp, registers, code, at, below, n, clamped, roughness, eta)
+        weight = scale(weight, 1.0 - inside)
+    add_diffuse(sp, mul(base, weight), n, diffuse_roughness, base)
 
 
 @device
@@ -178,14 +196,30 @@ def _transmission(tables, sp, weight, n, roughness, ior, tint, color, multiple, 
 
 
 @device
-def _specular(tables, sp, weight, n, t, alpha_x, alpha_y, ior, level, tint, multiple):
-    """The dielectric's mirror lobe; the weight that is left under it. F0 is scaled by twice `level`."""
-    eta, f0 = ior, f0_from_ior(ior)
-    if level != 0.5:
-        f0 *= 2.0 * level
-        eta = ior_from_f0(f0)
-        if ior < 1.0:
-            eta = 1.0 / eta
+def _leveled(ior, level):
+    """(F0, IOR) of the dielectric, whose F0 is scaled by twice Specular IOR Level."""
+    f0 = f0_from_ior(ior)
+    if level == 0.5:
+        return f0, ior
+    f0 *= 2.0 * level
+    eta = ior_from_f0(f0)
+    return f0, 1.0 / eta if ior < 1.0 else eta
+
+
+@device
+def _subsurface(sp, registers, code, at, weight, n, color, roughness, eta):
+    """What scatters below: under the dielectric's own IOR, or for skin the one that its lengths are made for."""
+    radius = radius_input(registers, code, at + _RADIUS, at + _SCALE)
+    method = load_i32(code, at + _METHOD)
+    ior = number(registers, code, at + _SUBSURFACE_IOR) if method == RANDOM_WALK_SKIN else eta
+    g = number(registers, code, at + _SUBSURFACE_ANISOTROPY)
+    entry, sign = load_i32(code, at + _ENTRY), load_i32(code, at + _SIGN)
+    add_subsurface(sp, weight, n, color, radius, roughness * roughness, ior, g, method, entry, sign)
+
+
+@device
+def _specular(tables, sp, weight, n, t, alpha_x, alpha_y, f0, eta, tint, multiple):
+    """The dielectric's mirror lobe; the weight that is left under it."""
     if eta == 1.0 or sp.ray_flags & RAY_NO_REFLECTION:
         return weight
     i = add_microfacets(sp, LOBE_REFLECTION, weight, n, t, alpha_x, alpha_y, eta, GGX)

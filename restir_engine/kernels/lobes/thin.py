@@ -1,22 +1,29 @@
-"""A thin sheet of glass (OpenPBR's thin-walled dielectric): a mirror lobe and one mirrored through the sheet."""
+"""Thin sheets (OpenPBR's thin-walled case).
+
+Glass is a mirror lobe and one mirrored through the sheet; what scatters light is a diffuse lobe on each side.
+"""
 
 import math
 
 from ..jit import device
 from ..records import RAY_CAMERA, closure_at
-from ..vec import dot, is_black, madd, mul, neg, vec
+from ..vec import dot, is_black, madd, mul, neg, put, scale, vec
 from ..vm_math import clamp
 from .albedo import preserve_energy
 from .closure import (
     LABEL_GLOSSY,
     LABEL_SINGULAR,
     LABEL_TRANSMIT,
+    LOBE_OREN_NAYAR,
     LOBE_REFLECTION,
+    LOBE_ROUGH_TRANSLUCENT,
     LOBE_THIN_TRANSMISSION,
+    LOBE_TRANSLUCENT,
     P_ENERGY,
     SINGULAR_ALPHA_SQUARED,
     is_singular,
 )
+from .diffuse import add_diffuse
 from .fresnel import f0_from_ior, schlick_position
 from .microfacet import microfacet_eval, microfacet_normal
 from .nodes import GGX
@@ -62,6 +69,23 @@ def add_thin_glass(tables, sp, weight, n, alpha, ior, tint, color):
     i = add_microfacets(sp, LOBE_THIN_TRANSMISSION, mul(transmitted, weight), n, n, wide, wide, 1.0, GGX)
     if i >= 0:
         preserve_energy(tables, closure_at(sp.closures, i), wo, (1.0, 1.0, 1.0))
+
+
+@device
+def add_thin_subsurface(sp, weight, n, g, roughness, color):
+    """A sheet of dense matter: what is scattered backwards and forwards, by the anisotropy g, is diffuse."""
+    back, through = scale(weight, clamp(0.5 - 0.5 * g, 0.0, 1.0)), scale(weight, clamp(0.5 + 0.5 * g, 0.0, 1.0))
+    add_diffuse(sp, back, n, roughness, color)
+    i = sp.n_closures
+    add_diffuse(sp, through, n, roughness, color)
+    if sp.n_closures == i:
+        return
+    c = closure_at(sp.closures, i)
+    if c.kind == LOBE_OREN_NAYAR:
+        c.kind = LOBE_ROUGH_TRANSLUCENT
+        put(c.n, neg(n))
+    else:
+        c.kind = LOBE_TRANSLUCENT
 
 
 @device

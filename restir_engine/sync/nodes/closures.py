@@ -6,6 +6,7 @@ from ...kernels import opcodes as ops
 from ...kernels.lobes import BSDF_NODES
 from ...kernels.lobes import nodes as lobes
 from .registry import closure
+from .subsurface import choice, note_subsurface
 
 
 @closure("ShaderNodeMixShader")
@@ -46,7 +47,7 @@ def holdout(c, node, weight):
 def bsdf(c, node, weight):
     layout = BSDF_NODES[node.bl_idname]
     words = [operand(c, node, item) for item in layout.inputs]
-    words += [values.get(getattr(node, attribute), 0) for attribute, values in layout.enums]
+    words += [values.get(choice(c, node, attribute), 0) for attribute, values in layout.enums]
     _analyse(c, node, layout, weight, words)
     c.emit(layout.opcode, weight, *words)
 
@@ -76,5 +77,6 @@ def _analyse(c, node, layout, weight, words) -> None:
         if alpha is None or alpha[0] < 1.0:
             c.lets_light_through()
         c.emits(weight, inputs["Emission Color"], inputs["Emission Strength"])
-        if c.constant_value(c.value(node, "Subsurface Weight")) != (0.0,):
-            c.warn("subsurface scattering is rendered as diffuse")
+        note_subsurface(c, node, inputs["Subsurface Weight"])
+    if node.bl_idname == "ShaderNodeSubsurfaceScattering":
+        note_subsurface(c, node, None)

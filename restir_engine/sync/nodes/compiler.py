@@ -32,6 +32,7 @@ class Compiler(ValueCompiler):
         super().__init__(scene, kind, name)
         self.transparent_shadows = True  # False: opaque to shadow rays, whatever it is to others
         self.displaces = False  # whether displacement is meant to move the surface
+        self.entry = "METHOD"  # how light enters below the surface, an identifier of lobes.nodes.ENTRIES
         self.flags = 0
         self.emission_estimate = np.zeros(3)
         self.one = self.constant((1.0, 1.0, 1.0))
@@ -78,6 +79,8 @@ class Compiler(ValueCompiler):
             self._cache.clear()
             self.emit(ops.SET_NORMAL, normal)
         self.closure(output, "Surface", self.one)
+        if self.is_linked(output, "Displacement") and self.flags & rec.MATERIAL_SUBSURFACE:
+            self.flags |= rec.MATERIAL_BUMPED_EXIT
         self._nodes.pop()
 
     # What converters of closures call ---------------------------------------------------------------------------

@@ -6,7 +6,6 @@ from ...kernels.lobes import BSDF_NODES
 
 # What is rendered instead of a shader node, with the warning.
 _INSTEAD = {
-    "ShaderNodeSubsurfaceScattering": ("ShaderNodeBsdfDiffuse", "subsurface scattering is rendered as diffuse"),
     "ShaderNodeBsdfHair": ("ShaderNodeBsdfDiffuse", "hair is rendered as diffuse"),
     "ShaderNodeBsdfHairPrincipled": ("ShaderNodeBsdfDiffuse", "hair is rendered as diffuse"),
     "ShaderNodeBsdfRayPortal": ("ShaderNodeBsdfTransparent", "ray portals are rendered as transparent"),

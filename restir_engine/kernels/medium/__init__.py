@@ -1,0 +1,1 @@
+"""Light inside a homogeneous medium, and what an artist says about one."""
