@@ -306,7 +306,6 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     r = record[0]
     r["seed"] = settings.seed & 0x7FFFFFFF
     r["filter_table"] = address(table)
-    r["min_bounces"] = settings.min_bounces
     r["transparent_film"] = settings.film_transparent
     r["pass_alpha_threshold"] = settings.pass_alpha_threshold
     r["after_diffuse"] = (
@@ -318,6 +317,7 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     # A path of n bounces still finds light by its last ray, which therefore counts.
     for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces"):
         r[name] = getattr(settings, name) + 1
+    r["min_bounces"] = settings.min_bounces + 1  # the surface after so many is still shaded, as in Cycles
     r["transparent_path"] = settings.transparent_bounces + settings.extra_transparent
     # A clamp is the mean of the channels, of which kernels take the sum.
     r["clamp_direct"] = 3.0 * settings.clamp_direct or math.inf
