@@ -322,6 +322,7 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     # A clamp is the mean of the channels, of which kernels take the sum.
     r["clamp_direct"] = 3.0 * settings.clamp_direct or math.inf
     r["clamp_indirect"] = 3.0 * settings.clamp_indirect or math.inf
+    r["max_scatters"] = -1
     r["filter_glossy"] = 1.0 / settings.filter_glossy if settings.filter_glossy > 0.0 else math.inf
     return record
 

@@ -412,7 +412,7 @@ INTEGRATOR = _record(
     ("pass_alpha_threshold", 1),
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
     "scatter",  # int64 [2]: code of subsurface scattering, for media (0) and for BURLEY (1); see kernels.scatter
-    "max_scatters",  # a random walk ends after as many scattering events, unseen; 0: unlimited
+    "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
 )
 FILTER_TABLE_SIZE = 1025
 
@@ -464,6 +464,8 @@ emitter_group_at = record_at(EMITTER_GROUP)
 world_table_at = record_at(WORLD_TABLE)
 path_at = record_at(PATH)
 camera_at = record_at(CAMERA)
+integrator_at = record_at(INTEGRATOR)
+film_at = record_at(FILM)
 
 # Working memory of one tile call: one block, owned by the session, 64-byte aligned ---------------------------------
 

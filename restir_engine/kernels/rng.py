@@ -4,13 +4,16 @@
 give the same numbers always, so that a path can be replayed from its key. Each pair of dimensions is a (0,2)-sequence
 in base 2, shuffled and Owen-scrambled by hashing (Burley 2020, "Practical Hash-based Owen Scrambling"); pairs are
 independent of each other. Different keys are independent.
+
+Where nobody knows how many numbers there will be and stratification is of no use any more, deep in a random walk, a
+`stream` gives plain random numbers for a tenth of the time.
 """
 
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from .jit import device
+from .jit import device, inlined
 
 
 @device
@@ -96,3 +99,34 @@ def sample1(key, index, dimension):
     seed = _seed(key, dimension)
     shuffled = _scramble(index, seed)
     return _reverse(_laine_karras(shuffled, (seed * 0x2C1B3C6D) & 0xFFFFFFFF)) * (1.0 / 4294967296.0)
+
+
+@intrinsic
+def _split_mix(typingctx, state):
+    """(next state, two numbers in [0, 1)); an intrinsic, as Numba takes it that signed integers never overflow."""
+
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        state = builder.add(args[0], word(0x9E3779B97F4A7C15))
+        z = state
+        for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+            z = builder.mul(builder.xor(z, builder.lshr(z, word(shift))), word(factor))
+        z = builder.xor(z, builder.lshr(z, word(31)))
+        halves = (builder.trunc(z, ir.IntType(32)), builder.trunc(builder.lshr(z, word(32)), ir.IntType(32)))
+        unit = ir.DoubleType()(1.0 / 4294967296.0)
+        numbers = [builder.fmul(builder.uitofp(half, ir.DoubleType()), unit) for half in halves]
+        return context.make_tuple(builder, signature.return_type, (state, *numbers))
+
+    return types.Tuple((types.int64, types.float64, types.float64))(types.int64), codegen
+
+
+@device
+def stream(key, index, dimension):
+    """The first state of a stream of random numbers, for `advance`."""
+    return (_seed(key, dimension) << 32) ^ hash_u32(index ^ 0x5BF03635)
+
+
+@inlined
+def advance(state):
+    """(next state, two numbers in [0, 1)): SplitMix64 (Steele, Lea and Flood 2014), whose 64 bits make two numbers."""
+    return _split_mix(state)

@@ -11,8 +11,12 @@ import numpy as np
 
 from .jit import Entry, inlined
 from .lobes.closure import P_BURLEY
+from .medium.walk import random_walk
 from .memory import call_entry, load_i64, record_address
 from .records import SCENE_HAS_SUBSURFACE, closure_at
+
+# What follows light through a medium, and through a material that asks for BURLEY.
+METHODS: tuple[Entry, Entry] = (random_walk, random_walk)
 
 
 @inlined
@@ -28,7 +32,6 @@ def scatter(scene, integrator, film, scratch, path, sp):
 
 def scatter_entries(scene_flags: int) -> np.ndarray:
     """The table that INTEGRATOR.scatter points to: int64 (2,), compiled where it is not yet; 0 where none is needed."""
-    entries: tuple[Entry | None, ...] = (None, None)
     if not scene_flags & SCENE_HAS_SUBSURFACE:
-        entries = (None, None)
-    return np.array([0 if e is None else e.address for e in entries], np.int64)
+        return np.zeros(len(METHODS), np.int64)
+    return np.array([method.address for method in METHODS], np.int64)

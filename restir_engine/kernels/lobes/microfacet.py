@@ -112,7 +112,7 @@ def microfacet_eval(c, wo, wi):
 
 
 @device
-def _ggx_visible_normal(v, alpha_x, alpha_y, u0, u1):
+def ggx_visible_normal(v, alpha_x, alpha_y, u0, u1):
     """A normal seen from v (local frame), by spherical caps (Dupuy and Benyoub 2023)."""
     s = normalize((v[0] * alpha_x, v[1] * alpha_y, v[2]))
     phi = 2.0 * math.pi * u0
@@ -181,7 +181,7 @@ def microfacet_normal(c, wo, u0, u1):
     if c.p[P_DISTRIBUTION] == 1.0:
         h = _beckmann_visible_normal(local, c.alpha_x, c.alpha_y, u0, u1)
     else:
-        h = _ggx_visible_normal(local, c.alpha_x, c.alpha_y, u0, u1)
+        h = ggx_visible_normal(local, c.alpha_x, c.alpha_y, u0, u1)
     return to_world(h, x, y, n)
 
 

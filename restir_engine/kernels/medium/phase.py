@@ -1,0 +1,47 @@
+"""The phase function of Henyey and Greenstein, by mean cosine g in (-1, 1).
+
+Directions are those in which light travels, before and after: g > 0 scatters forwards.
+"""
+
+import math
+
+from ..jit import inlined
+from ..vec import frame, to_world
+
+_INV_FOUR_PI = 0.25 / math.pi
+
+
+@inlined
+def hg(cosine, g):
+    """Value of the phase function, and its sampler's density, by steradian, for the cosine between two directions."""
+    d = 1.0 + g * g - 2.0 * g * cosine
+    return _INV_FOUR_PI * (1.0 - g * g) / max(d * math.sqrt(d), 1.0e-30)
+
+
+@inlined
+def hg_cosine(g, u):
+    """A cosine with that density.
+
+    The usual inverse distribution with its terms gathered by powers of g, so that it neither divides by g nor loses
+    digits where g is small; s = 2 u - 1 is the cosine for g = 0.
+    """
+    s = 2.0 * u - 1.0
+    d = 1.0 + g * s
+    cosine = (s + g * (1.5 + 0.5 * s * s) + g * g * s + 0.5 * g * g * g * (s * s - 1.0)) / (d * d)
+    return min(max(cosine, -1.0), 1.0)
+
+
+@inlined
+def around(axis, cosine, u):
+    """The unit direction at that cosine with a unit axis whose azimuth is 2 pi u."""
+    phi = 2.0 * math.pi * u
+    s = math.sqrt(max(1.0 - cosine * cosine, 0.0))
+    t, b = frame(axis)
+    return to_world((s * math.cos(phi), s * math.sin(phi), cosine), t, b, axis)
+
+
+@inlined
+def hg_sample(d, g, u0, u1):
+    """(direction, density by steradian) after scattering; the density is the phase function's value."""
+    cosine = hg_cosine(g, u0)
+    return around(d, cosine, u1), hg(cosine, g)

@@ -1,0 +1,268 @@
+"""Random walk subsurface scattering: a path through a homogeneous medium inside one object, estimated per channel.
+
+The boundary is index-matched: the walk starts in the direction of `entry`, scatters by Henyey and Greenstein's phase
+function, and ends where a segment meets the object's surface again. Positions are in object space, where rays are
+traced; directions and distances are the world's, so that any transform is right.
+
+Each segment is sampled by one of up to nine techniques, {classic, guided outwards, guided to the far side} × channels,
+and weighted by the balance heuristic over all of them (`_segment_weight`). Constants are Cycles' (Chiang, Kutz and
+Burley 2016; Wrenninge, Villemin and Hery 2017), as are two approximations: after the ninth scattering the phase
+function is isotropic with σ_s (1 - g) in the place of σ_s, and a walk of more than 256 segments is lost unless a limit
+of scattering events is asked for.
+"""
+
+import math
+
+from .. import rng
+from ..jit import device, entry, inlined
+from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_COLOR, P_SIGMA_T
+from ..local import hit_barycentrics, hit_distance, trace
+from ..path_state import DIM_DIRECTION, DIMENSIONS, FAR, next_after
+from ..records import (
+    SCRATCH_PATH,
+    SCRATCH_POINT,
+    SCRATCH_RAY,
+    closure_at,
+    instance_at,
+    integrator_at,
+    mesh_at,
+    path_at,
+    scene_at,
+    shading_point_at,
+)
+from ..vec import dot, madd, max3, put, transform_point, transform_vector, vec
+from .dwivedi import backward_fraction, diffusion_length, dwivedi_cosine, dwivedi_norm, dwivedi_pdf
+from .entry import entry_direction
+from .exit import leave
+from .phase import around, hg, hg_sample
+
+MAX_SEGMENTS = 256  # unless the number of scattering events is limited otherwise
+FAITHFUL_SEGMENTS = 10  # before similarity takes over
+GUIDED_LATER = 0.75  # guided fraction from there on
+MIN_ALBEDO = 0.2  # below it Dwivedi's distribution is all but singular
+NEGLIGIBLE = 1.0e-6  # throughput
+OPPOSITE = 10.0  # mean free paths within which the first ray looks for a far side
+
+
+@device
+def _guided_fraction(g):
+    """Share of guided steps: half of them for isotropic scattering, few for strongly forward scattering."""
+    return 1.0 - max(0.5, abs(g) ** 0.125)
+
+
+@device
+def _channel(c, throughput, k):
+    """(throughput, σ_t, α) of channel k when the walk starts; throughput 0 when nothing can come of it."""
+    color = c.p[P_COLOR + k]
+    sigma_t = c.p[P_SIGMA_T + k]
+    alpha = c.p[P_ALBEDO + k]
+    weight = throughput / color if color > 0.0 else 0.0
+    if not (weight > 0.0 and sigma_t > 0.0 and sigma_t < math.inf and alpha > 0.0):
+        return 0.0, 1.0, 1.0
+    if alpha < MIN_ALBEDO:
+        return weight * alpha / MIN_ALBEDO, sigma_t, MIN_ALBEDO
+    return weight, sigma_t, min(alpha, 1.0)
+
+
+@inlined
+def _largest(throughput, values):
+    """The largest value of the channels that have any throughput."""
+    r, g, b = throughput
+    return max(values[0] if r > 0.0 else 0.0, max(values[1] if g > 0.0 else 0.0, values[2] if b > 0.0 else 0.0))
+
+
+@inlined
+def _smallest(throughput, values):
+    """The smallest value of the channels that have any throughput."""
+    r, g, b = throughput
+    return min(values[0] if r > 0.0 else FAR, min(values[1] if g > 0.0 else FAR, values[2] if b > 0.0 else FAR))
+
+
+@inlined
+def _probabilities(throughput, alpha):
+    """With which probabilities a segment is sampled by each channel's extinction."""
+    r, g, b = throughput[0] * alpha[0], throughput[1] * alpha[1], throughput[2] * alpha[2]
+    s = 1.0 / (r + g + b)
+    return r * s, g * s, b * s
+
+
+@inlined
+def _pick(p, values, u):
+    """The value of the channel that u in [0, 1) chooses."""
+    if u < p[0]:
+        return values[0]
+    return values[1] if u < p[0] + p[1] or p[2] == 0.0 else values[2]
+
+
+@inlined
+def _density(sigma_t, t, hit, stretch):
+    """Density of ending a segment at t, or probability to get to a surface there, for a stretched extinction."""
+    sigma_t *= stretch
+    e = math.exp(-sigma_t * t)
+    return e if hit else sigma_t * e
+
+
+@inlined
+def _mixture(sigma_t, t, hit, k, guided, forward, backward):
+    """Density of a segment for one channel over the density of its direction by the phase function.
+
+    k: the cosine with the outward normal by the diffusion length; guided, forward, backward: the shares of the
+    techniques, the latter two times their density of the direction over the phase function's.
+    """
+    p = (1.0 - guided) * _density(sigma_t, t, hit, 1.0)
+    if forward > 0.0:
+        p += forward * _density(sigma_t, t, hit, 1.0 - k)
+    if backward > 0.0:
+        p += backward * _density(sigma_t, t, hit, 1.0 + k)
+    return p
+
+
+@inlined
+def _segment_weight(throughput, sigma_t, alpha, p, t, hit, k, guided, forward, backward):
+    """The throughput after a segment: transmittance (times σ_s) over the density of all techniques."""
+    pdf = p[0] * _mixture(sigma_t[0], t, hit, k, guided, forward, backward)
+    pdf += p[1] * _mixture(sigma_t[1], t, hit, k, guided, forward, backward)
+    pdf += p[2] * _mixture(sigma_t[2], t, hit, k, guided, forward, backward)
+    if not pdf > 0.0:
+        return (0.0, 0.0, 0.0)
+    s = 1.0 / pdf
+    r = s * throughput[0] * _density(sigma_t[0], t, hit, 1.0)
+    g = s * throughput[1] * _density(sigma_t[1], t, hit, 1.0)
+    b = s * throughput[2] * _density(sigma_t[2], t, hit, 1.0)
+    return (r, g, b) if hit else (r * alpha[0], g * alpha[1], b * alpha[2])
+
+
+@inlined
+def _similar(sigma_t, alpha, g):
+    """(σ_t, α) of the isotropic medium with the same absorption and the same reduced scattering."""
+    s = sigma_t * alpha * (1.0 - g)
+    t = sigma_t * (1.0 - alpha) + s
+    return t, s / t
+
+
+@device
+def _first_hit(structure, ray, o, d, tmax, start):
+    """The primitive that a ray from the triangle `start` meets first, not counting that triangle; -1: none."""
+    primitive = trace(structure, ray, o, d, 0.0, tmax)
+    if primitive == start:
+        primitive = trace(structure, ray, o, d, next_after(hit_distance(ray)), tmax)
+    return -1 if primitive == start else primitive
+
+
+@inlined
+def _segment(n, d, g, nu, norm, guided, share, u0, u1, u2):
+    """Sample a segment's direction after one along d: (direction, stretch of the extinction, k, forward, backward).
+
+    u0 chooses the technique; k, forward and backward are those of `_mixture`.
+    """
+    stretch = 1.0
+    if u0 < guided:
+        cosine = dwivedi_cosine(nu, norm, u1)
+        stretch = 1.0 - cosine / nu
+        if u0 < guided * share:
+            cosine = -cosine
+        w = around(n, cosine, u2)
+        phase = hg(dot(d, w), g)
+    else:
+        w, phase = hg_sample(d, g, u1, u2)
+        cosine = dot(w, n)
+    scale = guided / max(phase, 1.0e-30)
+    forward = scale * (1.0 - share) * dwivedi_pdf(nu, norm, cosine)
+    return w, stretch, cosine / nu, forward, scale * share * dwivedi_pdf(nu, norm, -cosine)
+
+
+@device
+def walk(scene, scratch, sp, path, d, segments):
+    """Walk from `sp` along d (unit, world space) through the medium of its closure `scatterer`.
+
+    Returns (primitive, d, throughput): the triangle where the walk leaves (-1: it does not), the direction of the last
+    segment, and the path's throughput there. Where the triangle is hit stands in the scratch's RTCRayHit.
+    """
+    c = closure_at(sp.closures, sp.scatterer)
+    placed = instance_at(scene.instances, sp.instance)
+    structure = mesh_at(scene.meshes, placed.mesh).embree
+    w0, s0, a0 = _channel(c, path.throughput[0], 0)
+    w1, s1, a1 = _channel(c, path.throughput[1], 1)
+    w2, s2, a2 = _channel(c, path.throughput[2], 2)
+    throughput = (w0, w1, w2)
+    if structure == 0 or not max3(throughput) > 0.0:
+        return -1, d, throughput
+    sigma_t, alpha = (s0, s1, s2), (a0, a1, a2)
+    g = c.p[P_ANISOTROPY]
+    guided = _guided_fraction(g)
+    nu = diffusion_length(_largest(throughput, alpha))
+    norm = dwivedi_norm(nu)
+    thinnest = _smallest(throughput, sigma_t)
+
+    ray = scratch + SCRATCH_RAY
+    n = vec(sp.n)
+    o = transform_point(placed.to_object, vec(sp.p))
+    d_object = transform_vector(placed.to_object, d)
+    p = _probabilities(throughput, alpha)
+    u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
+    t = -math.log(1.0 - u1) / _pick(p, sigma_t, u0)
+    primitive = _first_hit(structure, ray, o, d_object, max(t, OPPOSITE / thinnest), sp.primitive)
+    thickness = -1.0  # of the object along -n, in mean free paths; -1: not known
+    if primitive >= 0:
+        distance = hit_distance(ray)
+        thickness = max(-distance * dot(d, n) * thinnest, 0.0)
+        if distance < t:
+            return primitive, d, _segment_weight(throughput, sigma_t, alpha, p, distance, True, 0.0, 0.0, 0.0, 0.0)
+    throughput = _segment_weight(throughput, sigma_t, alpha, p, t, False, 0.0, 0.0, 0.0, 0.0)
+
+    depth = -t * dot(d, n) * thinnest
+    share = 0.0
+    state = rng.stream(path.key, path.sample, path.dimension)
+    for segment in range(1, segments):
+        if max3(throughput) < NEGLIGIBLE:
+            break
+        o = madd(o, d_object, t)
+        if segment == FAITHFUL_SEGMENTS:
+            s0, a0 = _similar(s0, a0, g)
+            s1, a1 = _similar(s1, a1, g)
+            s2, a2 = _similar(s2, a2, g)
+            sigma_t, alpha = (s0, s1, s2), (a0, a1, a2)
+            g = 0.0
+            guided = GUIDED_LATER
+            nu = diffusion_length(_largest(throughput, alpha))
+            norm = dwivedi_norm(nu)
+        if thickness >= 0.0:
+            share = backward_fraction(min(max(depth, 0.0), thickness), thickness, nu)
+        state, u0, u1 = rng.advance(state)
+        state, u2, u3 = rng.advance(state)
+        state, u4, _ = rng.advance(state)
+        p = _probabilities(throughput, alpha)
+        d, stretch, k, forward, backward = _segment(n, d, g, nu, norm, guided, share, u2, u3, u4)
+        d_object = transform_vector(placed.to_object, d)
+        t = -math.log(1.0 - u1) / (_pick(p, sigma_t, u0) * stretch)
+        primitive = trace(structure, ray, o, d_object, 0.0, t)
+        if primitive >= 0:
+            t = min(hit_distance(ray), t)
+            return primitive, d, _segment_weight(throughput, sigma_t, alpha, p, t, True, k, guided, forward, backward)
+        throughput = _segment_weight(throughput, sigma_t, alpha, p, t, False, k, guided, forward, backward)
+        depth -= t * dot(d, n) * thinnest
+    return -1, d, throughput
+
+
+@entry
+def random_walk(scene, integrator, film, scratch, _):
+    """The method of kernels.scatter for media."""
+    scene = scene_at(scene, 0)
+    events = integrator_at(integrator, 0).max_scatters
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    u0, u1 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
+    path.dimension += DIMENSIONS
+    enters, d = entry_direction(sp, closure_at(sp.closures, sp.scatterer), u0, u1)
+    if not enters:
+        return
+    segments = MAX_SEGMENTS if events < 0 else events + 1
+    primitive, d, throughput = walk(scene, scratch, sp, path, d, segments)
+    if primitive < 0 or not max3(throughput) > 0.0:
+        return
+    ray = scratch + SCRATCH_RAY
+    u, v = hit_barycentrics(ray)
+    leave(scene, sp, primitive, u, v, hit_distance(ray), d)
+    put(path.throughput, throughput)
+    path.dimension += DIMENSIONS
+    path.scattered = 1

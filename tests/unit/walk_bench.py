@@ -1,0 +1,159 @@
+"""Random walks on their own: through one mesh, from one point of it, many at once on two threads."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from restir_engine.integrators.path import integrator_record
+from restir_engine.kernels import records as rec
+from restir_engine.kernels.interaction import surface_point
+from restir_engine.kernels.jit import kernel
+from restir_engine.kernels.lobes.closure import (
+    ENTRY_DIFFUSE,
+    ENTRY_REFRACTIVE,
+    LOBE_SUBSURFACE,
+    P_ALBEDO,
+    P_ANISOTROPY,
+    P_COLOR,
+    P_ENTRY,
+    P_SIGMA_T,
+)
+from restir_engine.kernels.memory import address, load_f64, store_f64
+from restir_engine.kernels.records import (
+    CLOSURE,
+    FILM,
+    SCRATCH_BYTES,
+    SCRATCH_CLOSURES,
+    SCRATCH_PATH,
+    SCRATCH_POINT,
+    SCRATCH_REGISTERS,
+    closure_at,
+    path_at,
+    shading_point_at,
+)
+from restir_engine.kernels.scatter import scatter, scatter_entries
+from restir_engine.kernels.vec import load3_f64, neg, put, store3_f64, vec
+from restir_engine.scene.instances import build_instances
+from restir_engine.scene.mesh import Mesh
+from restir_engine.scene.scene import Scene
+from restir_engine.scene.shaders import Program
+from restir_engine.settings import RenderSettings
+
+UNLIMITED = -1
+
+
+@kernel
+def _walks(scene, integrator, film, scratch, closure, starts, key, first, n, out):
+    """n walks, each from a row of `starts`: primitive, u, v, wo. A row of `out`: throughput, p, n, g of the exit."""
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    sp.closures = scratch + SCRATCH_CLOSURES
+    sp.registers = scratch + SCRATCH_REGISTERS
+    source = closure_at(closure, 0)
+    for i in range(first, first + n):
+        start = starts + 48 * i
+        wo = load3_f64(start, 3)
+        primitive = int(load_f64(start, 0))
+        surface_point(scene, sp, 0, primitive, load_f64(start, 1), load_f64(start, 2), 1.0, neg(wo))
+        c = closure_at(sp.closures, 0)
+        c.kind = source.kind
+        put(c.n, vec(sp.n))
+        c.alpha_x = source.alpha_x
+        c.ior = source.ior
+        for k in range(16):
+            c.p[k] = source.p[k]
+        sp.n_closures = 1
+        sp.scatterer = 0
+        path.key = key
+        path.sample = i
+        path.dimension = 0
+        put(path.throughput, vec(source.weight))
+        row = out + 80 * i
+        if scatter(scene, integrator, film, scratch, path, sp):
+            store3_f64(row, 0, vec(path.throughput))
+            store3_f64(row, 3, vec(sp.p))
+            store3_f64(row, 6, vec(sp.n))
+            store_f64(row, 9, float(sp.primitive))
+        else:
+            store3_f64(row, 0, (0.0, 0.0, 0.0))
+
+
+def closure(sigma_t, alpha, g=0.0, entry=ENTRY_DIFFUSE, roughness=0.0, ior=1.4, color=1.0, weight=1.0) -> np.ndarray:
+    """A CLOSURE (1,) of a medium; numbers stand for all channels."""
+    result = np.zeros(1, CLOSURE)
+    c = result[0]
+    c["kind"] = LOBE_SUBSURFACE
+    c["weight"] = weight
+    c["alpha_x"] = roughness
+    c["ior"] = ior
+    for at, values in ((P_SIGMA_T, sigma_t), (P_ALBEDO, alpha), (P_COLOR, color)):
+        c["p"][at : at + 3] = values
+    c["p"][P_ANISOTROPY] = g
+    c["p"][P_ENTRY] = entry
+    return result
+
+
+def box(x, y, z) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of a box with these half extents; the first two triangles are the top."""
+    corners = np.array([(i, j, k) for k in (1, -1) for j in (-1, 1) for i in (-1, 1)]) * (x, y, z)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+
+def ball(radius=1.0, n=64) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of a sphere with n segments and n / 2 rings."""
+    theta, phi = np.meshgrid(np.linspace(0, np.pi, n // 2 + 1), np.arange(n) * 2 * np.pi / n, indexing="ij")
+    points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1) * radius
+    i, j = np.meshgrid(np.arange(n // 2), np.arange(n), indexing="ij")
+    a, b = i * n + j, i * n + (j + 1) % n
+    lower, upper = np.stack([a, a + n, b + n], -1), np.stack([a, b + n, b], -1)
+    return points.reshape(-1, 3), np.concatenate([lower[:-1].reshape(-1, 3), upper[1:].reshape(-1, 3)])
+
+
+def normal_entry(sigma_t, alpha, g=0.0) -> np.ndarray:
+    """A CLOSURE whose light enters along the normal when it is seen from there: a smooth boundary."""
+    return closure(sigma_t, alpha, g, ENTRY_REFRACTIVE)
+
+
+class Body:
+    """One object made of a medium."""
+
+    def __init__(self, vertices, triangles, matrix=None, flags=rec.MATERIAL_SUBSURFACE, **mesh) -> None:
+        self.scene = Scene()
+        self.scene.meshes.append(Mesh(np.asarray(vertices), np.asarray(triangles), **mesh))
+        material = self.scene.shaders.add(Program(flags=flags))
+        matrix = np.eye(4) if matrix is None else np.asarray(matrix)
+        self.scene.instances = build_instances(matrix[None], [0], n_materials=1, visibility=rec.RAY_ALL)
+        self.scene.material_slots = np.array([material], np.int32)
+        self.scene.commit()
+        self.table = np.zeros(rec.FILTER_TABLE_SIZE, np.float32)
+        self.scatter = scatter_entries(self.scene.record["flags"])
+
+    def walks(self, medium: np.ndarray, starts, n: int, events: int = UNLIMITED, key: int = 1) -> np.ndarray:
+        """n walks (n, 10): throughput, position and normal of the exit, its triangle; throughput 0 where lost.
+
+        starts: rows of triangle, u, v, direction of view; one row is used for all.
+        """
+        starts = np.ascontiguousarray(np.broadcast_to(np.asarray(starts, float), (n, 6)))
+        integrator = integrator_record(RenderSettings(), self.table)
+        integrator["scatter"] = address(self.scatter)
+        integrator["max_scatters"] = events
+        film = np.zeros(1, FILM)
+        out = np.zeros((n, 10))
+
+        def part(first, count):
+            block = np.zeros(SCRATCH_BYTES + 64, np.uint8)
+            start = address(block) + -address(block) % 64
+            _walks(
+                self.scene.record, integrator[0], film[0], start, address(medium), address(starts), key, first, count,
+                address(out),
+            )  # fmt: skip
+
+        with ThreadPoolExecutor(2) as pool:
+            list(pool.map(part, (0, n // 2), (n // 2, n - n // 2)))
+        return out
+
+
+def mean(values: np.ndarray) -> tuple[float, float]:
+    """Mean and its standard error."""
+    return values.mean(), values.std() / np.sqrt(len(values))
