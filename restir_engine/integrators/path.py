@@ -13,13 +13,14 @@ import numpy as np
 
 from ..film import Film
 from ..kernels import rng
-from ..kernels.accumulate import add1, add3, add_hit, add_light, clamp_contribution
+from ..kernels.accumulate import add1, add3, add_hit
 from ..kernels.camera import camera_reach
+from ..kernels.direct import add_direct, lit_bsdf, lobe_sum
 from ..kernels.interaction import offset_origin, surface_point
 from ..kernels.intersect import intersect
 from ..kernels.jit import device, inlined, kernel
 from ..kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
-from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_eval, bsdf_has_eval, bsdf_sample
+from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_has_eval, bsdf_sample
 from ..kernels.memory import address
 from ..kernels.path_state import (
     DIM_DIRECTION,
@@ -52,12 +53,10 @@ from ..kernels.records import (
     RAY_BURLEY_DIFFUSE,
     RAY_CAMERA,
     RAY_DIFFUSE,
-    RAY_GLOSSY,
     RAY_LAST,
     RAY_NO_REFLECTION,
     RAY_NO_REFRACTION,
     RAY_SUBSURFACE_DIFFUSE,
-    RAY_TRANSMIT,
     SCRATCH_BYTES,
     SCRATCH_CLOSURES,
     SCRATCH_LIGHT_SAMPLE,
@@ -81,13 +80,11 @@ from ..settings import RenderSettings, filter_table
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-# What becomes of a path at a surface: it ends, has a new ray, or enters a medium and leaves it elsewhere.
-ENDS, GOES_ON, SCATTERS = 0, 1, 2
+# What becomes of a path at a surface: it ends, has a new ray, enters a medium and leaves it elsewhere, or is to be lit.
+ENDS, GOES_ON, SCATTERS, SHADES = 0, 1, 2, 3
 
 # What RenderSettings.sss_after_diffuse makes diffuse after a diffuse bounce.
 SSS_AFTER_DIFFUSE = {"ALWAYS": 0, "BURLEY_DIFFUSE": RAY_BURLEY_DIFFUSE, "DIFFUSE": RAY_SUBSURFACE_DIFFUSE}
-
-LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
 
 
 @kernel
@@ -107,64 +104,77 @@ def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_
 def trace_path(scene, camera, integrator, film, scratch):
     """Follow the path until it leaves the scene, is absorbed, or may not go on."""
     path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = tile_point(scratch)
+    while True:
+        step = arrive(scene, camera, integrator, film, scratch, path, sp)
+        if step == SHADES:
+            step = SCATTERS
+            while step == SCATTERS:
+                direct_light(scene, integrator, film, scratch, path, sp)
+                step = bounce(scene, integrator, path, sp)
+                if step == SCATTERS and not scatter(scene, integrator, film, scratch, path, sp):
+                    return
+        if step == ENDS:
+            return
+
+
+@inlined
+def tile_point(scratch):
+    """The SHADING_POINT of the path in a tile's working memory, with room for its closures."""
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
     sp.closures = scratch + SCRATCH_CLOSURES
     sp.registers = scratch + SCRATCH_REGISTERS
-    while True:
-        o = vec(path.o)
-        d = vec(path.d)
-        reach = camera_reach(camera, d) if path.flags & RAY_CAMERA else FAR
-        t, instance, primitive, u, v = intersect(scene, scratch, o, d, path.tmin, reach, visibility(path.flags))
-        inherit(sp, path, t)
-        if path.flags & RAY_DIFFUSE:
-            sp.ray_flags |= integrator.after_diffuse
-        if scene.n_lights > 0:
-            add_lamps(scene, integrator, film, scratch, path, sp, t)
-        if instance < 0:
-            add_world(scene, integrator, film, scratch, path, sp)
-            return
-        if path.last == LAST_BEFORE_SURFACE:
-            return
-        surface_point(scene, sp, instance, primitive, u, v, t, d)
-        material = material_at(scene.materials, sp.material).flags
-        survival = survival_probability(path, integrator)
-        ends = survival < 1.0 and rng.sample1(path.key, path.sample, path.dimension + DIM_ROULETTE) >= survival
-        if ends:
-            sp.ray_flags |= RAY_LAST
-        if sp.ray_flags & RAY_LAST and not material & (MATERIAL_EMITS | MATERIAL_TRANSPARENT):
-            return
-        shader_eval(scene, sp)
-        if integrator.filter_glossy < FAR and path.min_pdf < FAR:
-            blur = integrator.filter_glossy * path.min_pdf
-            if blur < 1.0:
-                bsdf_blur(sp, 0.5 * math.sqrt(1.0 - blur))
-        if holdout(scene, film, path, sp):
-            return
-        if sp.emission[0] != 0.0 or sp.emission[1] != 0.0 or sp.emission[2] != 0.0:
-            pdf = 0.0
-            if path.mis_pdf > 0.0:
-                pdf = triangle_pdf(scene, sp, o)
-            add_hit(film, integrator, path, vec(sp.emission), hit_weight(path, pdf), film.emission)
-        if ends:
-            return
-        if survival < 1.0:
-            put(path.throughput, scale(vec(path.throughput), 1.0 / survival))
-        if film.data_passes > 0 and path.background_visible > 0:
-            data_passes(scene, camera, integrator, film, path, sp)
-        if film.denoising_albedo >= 0 and path.denoise > 0:
-            feature_passes(scene, camera, film, path, sp)
-        if path.last:
-            if not pass_through(path, sp, integrator, vec(sp.transparent)):
-                return
-            continue
-        step = SCATTERS
-        while step == SCATTERS:
-            direct_light(scene, integrator, film, scratch, path, sp)
-            step = bounce(scene, integrator, path, sp)
-            if step == SCATTERS and not scatter(scene, integrator, film, scratch, path, sp):
-                return
-        if step == ENDS:
-            return
+    return sp
+
+
+@inlined
+def arrive(scene, camera, integrator, film, scratch, path, sp):
+    """Trace the path's ray and add the light that it finds: ENDS, GOES_ON behind a surface, or SHADES: sp is ready."""
+    o = vec(path.o)
+    d = vec(path.d)
+    reach = camera_reach(camera, d) if path.flags & RAY_CAMERA else FAR
+    t, instance, primitive, u, v = intersect(scene, scratch, o, d, path.tmin, reach, visibility(path.flags))
+    inherit(sp, path, t)
+    if path.flags & RAY_DIFFUSE:
+        sp.ray_flags |= integrator.after_diffuse
+    if scene.n_lights > 0:
+        add_lamps(scene, integrator, film, scratch, path, sp, t)
+    if instance < 0:
+        add_world(scene, integrator, film, scratch, path, sp)
+        return ENDS
+    if path.last == LAST_BEFORE_SURFACE:
+        return ENDS
+    surface_point(scene, sp, instance, primitive, u, v, t, d)
+    material = material_at(scene.materials, sp.material).flags
+    survival = survival_probability(path, integrator)
+    ends = survival < 1.0 and rng.sample1(path.key, path.sample, path.dimension + DIM_ROULETTE) >= survival
+    if ends:
+        sp.ray_flags |= RAY_LAST
+    if sp.ray_flags & RAY_LAST and not material & (MATERIAL_EMITS | MATERIAL_TRANSPARENT):
+        return ENDS
+    shader_eval(scene, sp)
+    if integrator.filter_glossy < FAR and path.min_pdf < FAR:
+        blur = integrator.filter_glossy * path.min_pdf
+        if blur < 1.0:
+            bsdf_blur(sp, 0.5 * math.sqrt(1.0 - blur))
+    if holdout(scene, film, path, sp):
+        return ENDS
+    if sp.emission[0] != 0.0 or sp.emission[1] != 0.0 or sp.emission[2] != 0.0:
+        pdf = 0.0
+        if path.mis_pdf > 0.0:
+            pdf = triangle_pdf(scene, sp, o)
+        add_hit(film, integrator, path, vec(sp.emission), hit_weight(path, pdf), film.emission)
+    if ends:
+        return ENDS
+    if survival < 1.0:
+        put(path.throughput, scale(vec(path.throughput), 1.0 / survival))
+    if film.data_passes > 0 and path.background_visible > 0:
+        data_passes(scene, camera, integrator, film, path, sp)
+    if film.denoising_albedo >= 0 and path.denoise > 0:
+        feature_passes(scene, camera, film, path, sp)
+    if path.last:
+        return GOES_ON if pass_through(path, sp, integrator, vec(sp.transparent)) else ENDS
+    return SHADES
 
 
 @inlined
@@ -240,34 +250,17 @@ def direct_light(scene, integrator, film, scratch, path, sp):
         return
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     wi = vec(ls.wi)
-    dr, dg, db, gr, gg, gb, tr, tg, tb, pdf = bsdf_eval(scene, sp, wi)
-    if ls.visibility & LOBE_RAYS != LOBE_RAYS:
-        diffuse = 1.0 if ls.visibility & RAY_DIFFUSE else 0.0
-        glossy = 1.0 if ls.visibility & RAY_GLOSSY else 0.0
-        through = 1.0 if ls.visibility & RAY_TRANSMIT else 0.0
-        dr, dg, db = dr * diffuse, dg * diffuse, db * diffuse
-        gr, gg, gb = gr * glossy, gg * glossy, gb * glossy
-        tr, tg, tb = tr * through, tg * through, tb * through
-    f = (dr + gr + tr, dg + gg + tg, db + gb + tb)
-    if f[0] + f[1] + f[2] == 0.0 or ls.pdf <= 0.0:
+    f, pdf = lit_bsdf(scene, sp, wi, ls.visibility)
+    total = lobe_sum(f)
+    if total[0] + total[1] + total[2] == 0.0 or ls.pdf <= 0.0:
         return
     weight = 1.0 / ls.pdf
     if not ls.flags & LIGHT_SAMPLE_DELTA:
         weight *= mis_weight(ls.pdf, pdf)
-    c = mul(mul(scale(f, weight), vec(ls.radiance)), vec(path.throughput))
+    c = mul(mul(scale(total, weight), vec(ls.radiance)), vec(path.throughput))
     if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
         c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
-    if c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0:
-        return
-    c = clamp_contribution(c, integrator.clamp_indirect if path.bounce > 0 else integrator.clamp_direct)
-    if path.bounce > 0:
-        add_light(film, path.pixel, c, True, vec(path.diffuse_weight), vec(path.glossy_weight))
-    elif film.light_passes > 0:
-        diffuse = (share(dr, f[0]), share(dg, f[1]), share(db, f[2]))
-        glossy = (share(gr, f[0]), share(gg, f[1]), share(gb, f[2]))
-        add_light(film, path.pixel, c, False, diffuse, glossy)
-    else:
-        add3(path.pixel, film.combined, c)
+    add_direct(integrator, film, path, c, f)
 
 
 @inlined
@@ -280,7 +273,7 @@ def bounce(scene, integrator, path, sp):
     label, wi, f, pdf = bsdf_sample(scene, sp, u0, u1, u2)
     if label == 0 or pdf <= 0.0:
         return ENDS
-    total = (f[0] + f[3] + f[6], f[1] + f[4] + f[7], f[2] + f[5] + f[8])
+    total = lobe_sum(f)
     if max3(total) <= 0.0:
         return ENDS
     if label & LABEL_TRANSPARENT:

@@ -1,0 +1,47 @@
+"""Direct light at a shading point, whatever chose the light: the BSDF that it meets, and where it is written."""
+
+from .accumulate import add3, add_light, clamp_contribution
+from .jit import inlined
+from .lobes import bsdf_eval
+from .path_state import share
+from .records import RAY_DIFFUSE, RAY_GLOSSY, RAY_TRANSMIT
+from .vec import vec
+
+LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
+
+
+@inlined
+def lit_bsdf(scene, sp, wi, visibility):
+    """(9 floats, pdf): bsdf_eval towards a light, without the classes of lobes that the light does not reach."""
+    dr, dg, db, gr, gg, gb, tr, tg, tb, pdf = bsdf_eval(scene, sp, wi)
+    if visibility & LOBE_RAYS != LOBE_RAYS:
+        diffuse = 1.0 if visibility & RAY_DIFFUSE else 0.0
+        glossy = 1.0 if visibility & RAY_GLOSSY else 0.0
+        through = 1.0 if visibility & RAY_TRANSMIT else 0.0
+        dr, dg, db = dr * diffuse, dg * diffuse, db * diffuse
+        gr, gg, gb = gr * glossy, gg * glossy, gb * glossy
+        tr, tg, tb = tr * through, tg * through, tb * through
+    return (dr, dg, db, gr, gg, gb, tr, tg, tb), pdf
+
+
+@inlined
+def lobe_sum(f):
+    """The rgb that nine floats by class of lobes add up to."""
+    return (f[0] + f[3] + f[6], f[1] + f[4] + f[7], f[2] + f[5] + f[8])
+
+
+@inlined
+def add_direct(integrator, film, path, c, f):
+    """Add light c that arrives at the path's vertex, its passes by the shares of the nine floats f of the BSDF."""
+    if c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0:
+        return
+    c = clamp_contribution(c, integrator.clamp_indirect if path.bounce > 0 else integrator.clamp_direct)
+    if path.bounce > 0:
+        add_light(film, path.pixel, c, True, vec(path.diffuse_weight), vec(path.glossy_weight))
+    elif film.light_passes > 0:
+        total = lobe_sum(f)
+        diffuse = (share(f[0], total[0]), share(f[1], total[1]), share(f[2], total[2]))
+        glossy = (share(f[3], total[0]), share(f[4], total[1]), share(f[5], total[2]))
+        add_light(film, path.pixel, c, False, diffuse, glossy)
+    else:
+        add3(path.pixel, film.combined, c)
