@@ -10,13 +10,14 @@ from ...kernels.memory import load_i64, record_at, store_i64
 
 RESERVOIR = np.dtype(
     [
-        # A point on a light, see `lights.point`; what is not needed is 0.
-        ("light", np.int32),  # lamp, EMISSIVE, WORLD, or NOTHING: no sample
-        ("instance", np.int32),
-        ("primitive", np.int32),
+        # A point of a light as kernels.lights.places has it; what is not needed is 0.
+        ("source", np.int32),  # the lamp, or the instance of an emissive triangle
+        ("primitive", np.int32),  # of that instance, or POINT_ON_LAMP, POINT_ON_WORLD; NOTHING: no sample
+        ("u", np.float32),
+        ("v", np.float32),
         ("seed", np.int32),  # of the numbers that made the sample: its identity
-        ("place", np.float32, (3,)),  # barycentrics, a point of the lamp, or a direction
         ("age", np.int32),  # frames since the sample was made
+        ("spare", np.int32, (2,)),
         # Resampling:
         ("contribution_weight", np.float32),  # W, an unbiased estimate of 1/pdf; 0: a null sample
         ("confidence", np.float32),  # how many independent samples it is worth
@@ -27,7 +28,8 @@ RESERVOIR = np.dtype(
     ]
 )
 SAMPLE_BYTES = 32
-EMISSIVE, WORLD, NOTHING = -1, -2, -3  # in place of a lamp's index
+NOTHING = -3  # in place of a primitive
+UNKNOWN = -1.0  # in place of visibility[0]: no shadow ray has been traced for the sample at its pixel
 
 reservoir_at = record_at(RESERVOIR)
 
@@ -44,16 +46,17 @@ def copy_sample(to, source):
 @inlined
 def clear(reservoir, confidence):
     """Make a null sample of that confidence: nothing was found, and that counts."""
-    reservoir.light = NOTHING
-    reservoir.instance = -1
-    reservoir.primitive = -1
+    reservoir.source = -1
+    reservoir.primitive = NOTHING
+    reservoir.u = 0.0
+    reservoir.v = 0.0
     reservoir.seed = 0
     reservoir.age = 0
     reservoir.contribution_weight = 0.0
     reservoir.confidence = confidence
     reservoir.target = 0.0
     reservoir.distance = 0.0
-    reservoir.visibility[0] = 0.0
+    reservoir.visibility[0] = UNKNOWN
     reservoir.visibility[1] = 0.0
     reservoir.visibility[2] = 0.0
 

@@ -1,0 +1,77 @@
+"""A frame in progress: what every pixel keeps from one kernel to the next, and what the next frame finds of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kernels.memory import address, record_at
+from ...kernels.records import CAMERA, CLOSURE, PATH, SHADING_POINT
+from .reservoir import RESERVOIR
+
+FRAME = np.dtype(
+    [
+        ("width", np.int64),
+        ("height", np.int64),
+        ("channels", np.int64),  # of the film
+        # Addresses of one item a pixel, rows bottom to top:
+        ("points", np.int64),  # SHADING_POINT: the vertex to be lit, with its closures; instance -1: there is none
+        ("paths", np.int64),  # PATH as it arrived at that vertex
+        ("reservoirs", np.int64),  # RESERVOIR: of the candidates, then of each reuse
+        ("reused", np.int64),  # RESERVOIR: what a pass of reuse writes; it takes the place of the others afterwards
+        ("pixels", np.int64),  # float32 [channels]: what this frame adds to the film
+        ("light", np.int64),  # float32 [9]: direct light by class of lobes as the last reuse sums it up; 0: no reuse
+    ]
+)
+TILE = 32  # pixels: closures of so many by so many pixels lie in one pool
+
+frame_at = record_at(FRAME)
+
+
+class Frame:
+    """Owner of what FRAME points to. `bytes_per_pixel` without closures, which take 240 bytes each."""
+
+    def __init__(self, width: int, height: int, channels: int) -> None:
+        self.points = np.zeros((height, width), SHADING_POINT)
+        self.points["instance"] = -1
+        self.paths = np.zeros((height, width), PATH)
+        self._reservoirs = [np.zeros((height, width), RESERVOIR) for _ in range(2)]
+        self.pixels = np.zeros((height, width, channels), np.float32)
+        self.light = np.zeros((height, width, 9), np.float32)
+        self.camera = np.zeros(1, CAMERA)
+        self._pools: dict[tuple[int, int], np.ndarray] = {}
+        self._record = np.zeros(1, FRAME)
+        record = self._record[0]
+        record["width"], record["height"], record["channels"] = width, height, channels
+        for name in ("points", "paths", "pixels"):
+            record[name] = address(getattr(self, name))
+        self.use_reservoirs(0)
+
+    @property
+    def record(self) -> np.void:
+        """The FRAME record."""
+        return self._record[0]
+
+    @property
+    def reservoirs(self) -> np.ndarray:
+        """RESERVOIR (height, width): those that the next pass reads."""
+        return self._reservoirs[0]
+
+    def use_reservoirs(self, turn: int = 1) -> None:
+        """Point the record at the reservoirs; with turn 1, those that were written take the place of those read."""
+        if turn:
+            self._reservoirs.reverse()
+        self._record[0]["reservoirs"], self._record[0]["reused"] = map(address, self._reservoirs)
+
+    def pool(self, tile: tuple[int, int, int, int], closures: int = 0) -> np.ndarray:
+        """Room for the closures of a tile's pixels, of at least that many."""
+        pool = self._pools.get(tile[:2])
+        if pool is None or len(pool) < closures:
+            area = (tile[2] - tile[0]) * (tile[3] - tile[1])
+            pool = self._pools[tile[:2]] = np.empty(max(closures + closures // 8, area), CLOSURE)
+        return pool
+
+    @property
+    def bytes(self) -> int:
+        """Memory that the frame takes."""
+        arrays = [self.points, self.paths, self.pixels, self.light, *self._reservoirs, *self._pools.values()]
+        return sum(array.nbytes for array in arrays)
