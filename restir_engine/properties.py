@@ -127,10 +127,11 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
     )
     sss_max_scatters: IntProperty(
         name="Max Scatters",
-        description="Scattering events after which light inside a random walk counts as absorbed, for comparisons. "
-        "0 is unlimited; any other number is darker",
+        description="Scattering events that light may have inside a random walk, for comparisons: with one more it "
+        "counts as absorbed, so that the picture gets darker. 0 is unlimited, -1 is none: only light that gets "
+        "straight through",
         default=DEFAULTS.sss_max_scatters,
-        min=0,
+        min=-1,
         soft_max=256,
         max=1 << 20,
     )

@@ -29,7 +29,7 @@ class RenderSettings:
     filter_glossy: float = 0.0
     caustics_reflective: bool = True
     caustics_refractive: bool = True
-    sss_max_scatters: int = 0  # scattering events after which a random walk ends unseen; 0: unlimited
+    sss_max_scatters: int = 0  # scattering events that a random walk may have; 0: unlimited, -1: none
     sss_after_diffuse: str = "BURLEY_DIFFUSE"  # ALWAYS, BURLEY_DIFFUSE, DIFFUSE: which methods are diffuse from then on
     pixel_filter: str = "BLACKMAN_HARRIS"  # BOX, GAUSSIAN, BLACKMAN_HARRIS
     filter_width: float = 1.5  # pixels

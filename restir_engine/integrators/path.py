@@ -306,7 +306,7 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
         | (0 if settings.caustics_refractive else RAY_NO_REFRACTION)
         | SSS_AFTER_DIFFUSE[settings.sss_after_diffuse]
     )
-    r["max_scatters"] = settings.sss_max_scatters
+    r["max_scatters"] = {0: -1, -1: 0}.get(settings.sss_max_scatters, settings.sss_max_scatters)
     # A path of n bounces still finds light by its last ray, which therefore counts.
     for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces"):
         r[name] = getattr(settings, name) + 1
@@ -315,7 +315,6 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     # A clamp is the mean of the channels, of which kernels take the sum.
     r["clamp_direct"] = 3.0 * settings.clamp_direct or math.inf
     r["clamp_indirect"] = 3.0 * settings.clamp_indirect or math.inf
-    r["max_scatters"] = -1
     r["filter_glossy"] = 1.0 / settings.filter_glossy if settings.filter_glossy > 0.0 else math.inf
     return record
 
