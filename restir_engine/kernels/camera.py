@@ -38,6 +38,27 @@ def camera_reach(camera, d):
     return reach
 
 
+@device
+def camera_pixel(camera, p):
+    """Where a point appears on the film, as seen from the middle of the lens: (seen, x, y), maybe beyond its edges.
+
+    seen: whether it lies in front of the camera (for a panorama: always). Inverse of `camera_ray` without a lens.
+    """
+    q = transform_point(camera.to_camera, p)
+    if camera.kind == CAMERA_PANORAMA:
+        longitude = math.atan2(q[0], -q[2])
+        latitude = math.atan2(q[1], math.sqrt(q[0] * q[0] + q[2] * q[2]))
+        x = (longitude - camera.panorama[0]) / (camera.panorama[1] - camera.panorama[0])
+        y = (latitude - camera.panorama[2]) / (camera.panorama[3] - camera.panorama[2])
+    else:
+        if q[2] >= 0.0:
+            return False, 0.0, 0.0
+        away = 1.0 if camera.kind == CAMERA_ORTHOGRAPHIC else -q[2]
+        x = (q[0] / away - camera.screen[0]) / (camera.screen[1] - camera.screen[0])
+        y = (q[1] / away - camera.screen[2]) / (camera.screen[3] - camera.screen[2])
+    return True, x * camera.width - camera.region_x, y * camera.height - camera.region_y
+
+
 @inlined
 def _perspective(camera, px, py, lens_u, lens_v):
     """In camera space: (lens point, unit direction, distance to the near plane, dp, dd)."""

@@ -62,6 +62,7 @@ INSTANCE = _record(
     "visibility",  # RAY_* bits of the rays that see it
     "flags",  # INSTANCE_* bits
     "object_index",  # pass_index of the object
+    "key",  # the same in every frame of an animation, and nobody else's
     "lights",  # start of this instance's triangles in the table of emissive triangles, -1: none
     "attributes",  # ATTRIBUTE [n_attributes] of this instance (DOMAIN_MESH): properties of the object
     "n_attributes",
@@ -193,6 +194,7 @@ LIGHT = _record(
     "visibility",  # RAY_* bits of the rays that see its light, by what they are at the point that is lit
     "flags",  # LIGHT_* bits
     "object_index",
+    "key",  # likewise
     "max_bounces",  # a path that arrives with more bounces does not sample it
     ("to_world", 12),
     ("to_object", 12),

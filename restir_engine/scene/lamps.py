@@ -38,6 +38,7 @@ def _lamp(
     casts_shadow: bool = True,
     hittable: bool = True,
     object_index: int = 0,
+    key: int = 0,
 ) -> np.ndarray:
     """What all kinds share. matrix: object to world, 3x4 or 4x4; a flattened axis is given a little length."""
     lamp = np.zeros(1, LIGHT)
@@ -52,6 +53,7 @@ def _lamp(
     record["visibility"] = visibility
     record["max_bounces"] = max_bounces
     record["object_index"] = object_index
+    record["key"] = key
     record["flags"] = (0 if casts_shadow else LIGHT_NO_SHADOW) | (LIGHT_HITTABLE if hittable else 0)
     record["to_world"] = matrix.ravel()
     try:

@@ -62,6 +62,7 @@ class LightTable:
     def __init__(self) -> None:
         self._lamps = np.zeros(0, rec.LIGHT)
         self._added: list[np.ndarray] = []
+        self.committed = np.zeros(0, rec.LIGHT)  # the lamps in the order in which kernels know them
         self._record = np.zeros(1, rec.LIGHT_TABLE)
         self._arrays: list = []
 
@@ -128,6 +129,7 @@ class LightTable:
         table, n = self._record[0], len(lamps)
         table["n_local"] = len(local)
         self._weigh_programs(scene, lamps)
+        self.committed = lamps
         self._share(scene.record, "lights", lamps)
         scene.record["n_lights"] = n
         if n == 0:

@@ -17,6 +17,7 @@ from ..scene.scene import Scene
 from .camera import sync_camera
 from .curves import note_unsupported
 from .hashing import hash_uint2, to_unit
+from .identity import name_key, numbered
 from .lights import sync_light
 from .materials import Materials
 from .mesh import add_attributes, read_mesh, readable
@@ -58,6 +59,7 @@ class _Placed:
     visibility: int = 0
     flags: int = 0
     object_index: int = 0
+    key: int = 0
     random: float = 0.0
     color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     terminator: float = 0.0
@@ -150,6 +152,7 @@ class _Reader:
             visibility=visibility,
             flags=flags,
             object_index=item.pass_index,
+            key=name_key(instance),
             random=name_random(item.name),
             # Instances have the colour of their instancer; `object` tells it only while Python holds no other
             # reference to the object that is instanced.
@@ -240,6 +243,7 @@ class _Reader:
             dupli_generated=np.where(is_instance[:, None], 0.5 * orco - 0.5, 0.0),
             dupli_uv=np.where(is_instance[:, None], uv, 0.0),
             particle=particle_random[chosen],
+            key=np.where(is_instance, numbered(of_object("key"), self._persistent_ids[chosen]), of_object("key")),
             **{
                 name: of_object(name)
                 for name in ("materials", "n_materials", "visibility", "flags", "object_index", "color", "terminator")
@@ -273,10 +277,15 @@ class _Reader:
             rows["n_attributes"][mine] = table.shape[-1]
 
     @cached_property
+    def _persistent_ids(self) -> np.ndarray:
+        """For each instance of the depsgraph its numbers, the innermost instancer's first: int32 (n, 8)."""
+        instances = self.depsgraph.object_instances
+        return _column(instances, "persistent_id", (len(instances), 8), np.int32)
+
+    @cached_property
     def _outermost(self) -> np.ndarray:
         """For each instance of the depsgraph the number that its instancer has given it."""
-        instances = self.depsgraph.object_instances
-        numbers = _column(instances, "persistent_id", (len(instances), 8), np.int32)
+        numbers = self._persistent_ids
         depth = (numbers != _NO_ID).sum(axis=1)
         return numbers[np.arange(len(numbers)), np.maximum(depth - 1, 0)]
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..kernels import records as rec
 from ..scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
+from .identity import identity
 
 _DIAMETERS = {"SQUARE": (False, False), "RECTANGLE": (False, True), "DISK": (True, False), "ELLIPSE": (True, True)}
 
@@ -36,6 +37,7 @@ def sync_light(scene, instance, materials, visibility: int) -> None:
         "casts_shadow": light.use_shadow,
         "hittable": getattr(settings, "use_multiple_importance_sampling", True),
         "object_index": item.pass_index,
+        "key": identity(instance),
         "normalize": light.normalize,
     }
     matrix = np.array(instance.matrix_world, np.float64)

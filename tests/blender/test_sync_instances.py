@@ -307,6 +307,28 @@ def test_attributes_of_instances(stage):
     assert near.mean() > 0.95
 
 
+def test_keys_outlive_changes(stage):
+    """Objects, instances and lamps keep their keys when they move and when others come."""
+    bpy.ops.mesh.primitive_plane_add(size=4.0, rotation=(math.pi / 2, 0.0, 0.0))
+    plane = bpy.context.object
+    plane.modifiers.new("Nodes", "NODES").node_group = instancing_nodes()
+    place(stage, name="Mover")
+    place(bpy.data.lights.new("Lamp", "POINT"), name="Lamp")
+    before = probe.rendered_scene()
+    bpy.data.objects["Mover"].location.x += 1.0
+    plane.location.y += 3.0
+    place(stage, name="Another")
+    place(bpy.data.lights.new("A lamp", "SUN"), name="A lamp")
+    after = probe.rendered_scene()
+    keys = set(before.instances["key"])
+    assert len(keys) == len(before.instances) == len(after.instances) - 1
+    assert keys < set(after.instances["key"])
+    assert set(before.lights.lamps["key"]) < set(after.lights.lamps["key"])
+    row = {int(each["key"]): each["location"] for each in before.instances}
+    moved = {tuple(np.round(i["location"] - row[i["key"]], 3)) for i in after.instances if i["key"] in keys}
+    assert moved == {(1.0, 0.0, 0.0), (0.0, 3.0, 0.0)}
+
+
 def test_materials_by_slot_and_object(stage):
     stage.materials.append(bpy.data.materials.new("Data"))
     stage.materials.append(None)

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from restir_engine.kernels.camera import camera_ray, camera_reach
+from restir_engine.kernels.camera import camera_pixel, camera_ray, camera_reach
 from restir_engine.kernels.jit import kernel
 from restir_engine.kernels.memory import address, store_f64
 from restir_engine.kernels.records import CAMERA
-from restir_engine.kernels.vec import store3_f64
+from restir_engine.kernels.vec import madd, store3_f64
 from restir_engine.scene.camera import Camera
 
 
@@ -21,6 +21,16 @@ def trace(camera, x, y, lens_u, lens_v, out):
     store_f64(out, 6, dp)
     store_f64(out, 7, dd)
     store_f64(out, 8, camera_reach(camera, d))
+
+
+@kernel
+def project_ray(camera, x, y, distance, out):
+    """Where the film shows a point on the ray through (x, y)."""
+    o, d, _, _ = camera_ray(camera, x, y, 0.5, 0.5)
+    seen, px, py = camera_pixel(camera, madd(o, d, distance))
+    store_f64(out, 0, 1.0 if seen else 0.0)
+    store_f64(out, 1, px)
+    store_f64(out, 2, py)
 
 
 def ray(camera: Camera, x: float, y: float, u: float = 0.5, v: float = 0.5):
@@ -140,3 +150,21 @@ def test_lens_shape(blades):
         assert along.max() / 0.5 <= math.cos(half) + 1e-9
     assert np.mean(radius**2) == pytest.approx(expected, rel=0.01)
     np.testing.assert_allclose(points.mean(axis=0), 0.0, atol=0.01)
+
+
+TURNED = np.array([[0.0, -1.0, 0.0, 1.0], [0.6, 0.0, 0.8, 2.0], [-0.8, 0.0, 0.6, 3.0]])
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO", "PANO"])
+def test_points_appear_where_their_rays_began(kind):
+    camera = Camera(
+        kind=kind, to_world=TURNED, width=40, height=20, screen=(-1.0, 1.0, -0.6, 0.4), region=(3, 2, 30, 15)
+    )
+    record = np.zeros(1, CAMERA)
+    record[0] = camera.record()
+    out = np.zeros(3)
+    for x, y, distance in [(0.0, 0.0, 0.0), (3.3, 9.1, 2.0), (29.9, 14.5, 50.0)]:
+        project_ray(record[0], x, y, distance, address(out))
+        np.testing.assert_allclose(out, [1.0, x, y], atol=1e-9)
+    project_ray(record[0], 4.0, 4.0, -5.0, address(out))
+    assert out[0] == (1.0 if kind == "PANO" else 0.0)

@@ -1,0 +1,174 @@
+"""From one frame to another: which instance, lamp and pixel something was in the frame before.
+
+Objects are found again by their keys. A mesh whose triangles are listed as before has kept its topology: a point of it
+is then the same point by the same barycentrics, however the mesh was moved or deformed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...kernels.camera import camera_pixel
+from ...kernels.jit import device, inlined
+from ...kernels.memory import address, load_i32, load_u32, record_at
+from ...kernels.records import (
+    LIGHT_DELTA,
+    LIGHT_ELLIPSE,
+    LIGHT_SPHERE,
+    POINT_ON_LAMP,
+    POINT_ON_WORLD,
+    instance_at,
+    mesh_at,
+)
+from ...kernels.vec import add, load3_f32, normalize, scale, transform_normal, transform_point, vec
+
+if TYPE_CHECKING:
+    from ...scene.scene import Scene
+
+MOTION = np.dtype(
+    [
+        # int32 tables from now to before and back, -1: there is none; address 0: nothing has changed its index
+        ("instance_before", np.int64),
+        ("instance_after", np.int64),
+        ("lamp_before", np.int64),
+        ("lamp_after", np.int64),
+    ]
+)
+motion_at = record_at(MOTION)
+
+
+class Motion:
+    """Owner of the tables of MOTION between two committed scenes, the same one or two frames of an animation."""
+
+    def __init__(self, now: Scene, before: Scene) -> None:
+        self._record = np.zeros(1, MOTION)
+        self._tables: list[np.ndarray] = []
+        if now is before:
+            return
+        there = match(now.instances["key"], before.instances["key"])
+        there[~_same_topology(now, before, there)] = -1
+        self._share("instance", there, len(before.instances))
+        self._share("lamp", _same_lamps(now.lights.committed, before.lights.committed), len(before.lights.committed))
+
+    @property
+    def record(self) -> np.void:
+        """The MOTION record."""
+        return self._record[0]
+
+    def _share(self, name: str, there: np.ndarray, count: int) -> None:
+        back = np.full(count, -1, np.int32)
+        found = there >= 0
+        back[there[found]] = np.flatnonzero(found)
+        # A table of no entries is never read; its address must not be 0, which stands for no change.
+        for field, table in (("before", there), ("after", back)):
+            table = np.append(table, np.int32(-1))
+            self._tables.append(table)
+            self._record[0][f"{name}_{field}"] = address(table)
+
+
+def _same_lamps(now: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """For each lamp its index before; -1 also where it has become another kind, whose points mean something else."""
+    there = match(now["key"], before["key"])
+    found = np.flatnonzero(there >= 0)
+    shape = LIGHT_DELTA | LIGHT_SPHERE | LIGHT_ELLIPSE
+    for field, bits in (("kind", -1), ("flags", shape)):
+        changed = ((now[field][found] ^ before[field][there[found]]) & bits) != 0
+        there[found[changed]] = -1
+    return there
+
+
+def match(now: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """For each key of now its index in before, -1: none; int32. The k-th of equal keys is the k-th of before."""
+    numbered_now, numbered_before = _numbered(now), _numbered(before)
+    index = {key: i for i, key in enumerate(zip(before.tolist(), numbered_before.tolist(), strict=True))}
+    keys = zip(now.tolist(), numbered_now.tolist(), strict=True)
+    return np.fromiter((index.get(key, -1) for key in keys), np.int32, len(now))
+
+
+def _numbered(keys: np.ndarray) -> np.ndarray:
+    """How many equal keys stand before each."""
+    order = np.argsort(keys, kind="stable")
+    ordered = keys[order]
+    starts = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1])) if len(keys) else np.zeros(0, np.int64)
+    counts = np.arange(len(keys)) - np.repeat(starts, np.diff(np.append(starts, len(keys))))
+    result = np.empty(len(keys), np.int64)
+    result[order] = counts
+    return result
+
+
+def _same_topology(now: Scene, before: Scene, there: np.ndarray) -> np.ndarray:
+    """Which instances of now have the triangles of their instance `there` before."""
+    found = there >= 0
+    pairs = np.stack([now.instances["mesh"], np.where(found, before.instances["mesh"][there], -1)], axis=1)
+    same = {
+        (a, b): b >= 0 and _equal(now.meshes[a].triangles, before.meshes[b].triangles)
+        for a, b in {tuple(pair) for pair in pairs.tolist()}
+    }
+    return np.array([same[tuple(pair)] for pair in pairs.tolist()], bool).reshape(len(there))
+
+
+def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+    return a is b or (a.shape == b.shape and np.array_equal(a, b))
+
+
+@inlined
+def _look_up(table, index):
+    return index if table == 0 else load_i32(table, index)
+
+
+@inlined
+def _source(instances, lamps, source, primitive):
+    if primitive == POINT_ON_WORLD:
+        return source
+    return _look_up(lamps if primitive == POINT_ON_LAMP else instances, source)
+
+
+@inlined
+def source_before(motion, source, primitive):
+    """The source of a light's point (kernels.lights.places) in the frame before; -1: that light was not there.
+
+    The other coordinates stay, and the Jacobian is 1: they are measured by shares of the light.
+    """
+    return _source(motion.instance_before, motion.lamp_before, source, primitive)
+
+
+@inlined
+def source_now(motion, source, primitive):
+    """The source now of a light's point of the frame before; the inverse of `source_before`."""
+    return _source(motion.instance_after, motion.lamp_after, source, primitive)
+
+
+@device
+def place_before(scene, before, motion, sp):
+    """Where the surface at `sp` was in the frame before: (instance, p, n), the instance -1 where that is not known.
+
+    n: the shading normal now, turned as the object has turned; what deformation does to it is left out.
+    """
+    instance = _look_up(motion.instance_before, sp.instance)
+    if instance < 0:
+        return instance, vec(sp.p), vec(sp.n)
+    placed = instance_at(before.instances, instance)
+    mesh = mesh_at(before.meshes, placed.mesh)
+    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive))
+    b = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive + 1))
+    c = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive + 2))
+    p = add(scale(a, 1.0 - sp.u - sp.v), add(scale(b, sp.u), scale(c, sp.v)))
+    n = transform_normal(instance_at(scene.instances, sp.instance).to_world, vec(sp.n))
+    return instance, transform_point(placed.to_world, p), normalize(transform_normal(placed.to_object, n))
+
+
+@device
+def pixel_before(camera, camera_before, p, p_before, x, y):
+    """The pixel of the frame before that showed what the pixel (x, y) shows at p now: (x, y), maybe off the film.
+
+    The motion vector is that of the surface point; it is added to the pixel, not to the jittered place in it, so that
+    nothing moves where nothing moves. (-1, -1) where the old camera did not look.
+    """
+    seen, here_x, here_y = camera_pixel(camera, p)
+    seen_before, there_x, there_y = camera_pixel(camera_before, p_before)
+    if not (seen and seen_before):
+        return -1, -1
+    return math.floor(x + there_x - here_x + 0.5), math.floor(y + there_y - here_y + 0.5)
