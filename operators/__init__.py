@@ -2,12 +2,13 @@
 
 import bpy
 
-from . import cycles_settings, maintenance
+from . import cycles_settings, maintenance, medium_presets
 
 CLASSES = (
     cycles_settings.RESTIR_OT_settings_from_cycles,
     maintenance.RESTIR_OT_clear_kernel_cache,
     maintenance.RESTIR_OT_copy_diagnostics,
+    medium_presets.RESTIR_OT_medium_preset,
 )
 
 

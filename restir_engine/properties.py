@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import (
+    BoolProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+)
 
 from .settings import PASSES, RenderSettings
 
@@ -189,6 +196,74 @@ class RestirViewLayerSettings(bpy.types.PropertyGroup):
     )
 
 
+class RestirMaterialSettings(bpy.types.PropertyGroup):
+    """How light scatters below the surface of a material."""
+
+    entry: EnumProperty(
+        name="Entry",
+        description="Which way light takes into the material. The colour that was set comes out under diffuse entry; "
+        "by refraction it is darker, dark channels by a fifth",
+        items=(
+            (
+                "METHOD",
+                "By Method",
+                "As Cycles: refracted for Random Walk, half and half for Random Walk (Skin); "
+                "diffuse for Christensen–Burley and for a medium of this panel",
+            ),
+            ("DIFFUSE", "Diffuse", "In all directions evenly. The colour that is set is the colour that is seen"),
+            ("REFRACTIVE", "Refracted", "Refracted by the surface's roughness and IOR"),
+            ("SKIN", "Skin", "One half diffuse, one half refracted by a rough surface"),
+        ),
+        default="METHOD",
+    )
+    use_medium: BoolProperty(
+        name="Medium",
+        description="Use the medium of this panel for Principled and Subsurface Scattering nodes (a Subsurface Weight "
+        "of 0 counts as 1 then); a material without such a node becomes the medium. This engine alone does so",
+        default=False,
+    )
+    use_color: BoolProperty(
+        name="Own Color",
+        description="Use the colour of this panel, else that of the node with its textures",
+        default=True,
+    )
+    color: FloatVectorProperty(
+        name="Color",
+        description="Colour that a thick piece of the material has under even light",
+        subtype="COLOR",
+        size=3,
+        default=(0.8, 0.8, 0.8),
+        min=0.0,
+        max=1.0,
+    )
+    mean_free_path: FloatVectorProperty(
+        name="Mean Free Path",
+        description="How far light of a colour goes in the material on average until it meets something. A channel of "
+        "0 is diffuse",
+        subtype="NONE",
+        unit="LENGTH",
+        size=3,
+        default=(0.01, 0.005, 0.0025),
+        min=0.0,
+        soft_max=10.0,
+        precision=5,
+    )
+    scale: FloatProperty(
+        name="Scale",
+        description="Factor on all mean free paths",
+        default=1.0,
+        min=0.0,
+        soft_max=100.0,
+    )
+    anisotropy: FloatProperty(
+        name="Anisotropy",
+        description="Mean cosine of a scattering event: 0 in all directions evenly, above 0 forwards, below backwards",
+        default=0.0,
+        min=-0.99,
+        max=0.99,
+    )
+
+
 def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     """Names of the passes that a view layer asks for; Combined is always one of them."""
     denoising = view_layer.restir.use_pass_denoising
@@ -225,11 +300,15 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
     )
 
 
-CLASSES = {bpy.types.Scene: RestirSceneSettings, bpy.types.ViewLayer: RestirViewLayerSettings}
+CLASSES = {
+    bpy.types.Scene: RestirSceneSettings,
+    bpy.types.ViewLayer: RestirViewLayerSettings,
+    bpy.types.Material: RestirMaterialSettings,
+}
 
 
 def register() -> None:
-    """Add `scene.restir` and `view_layer.restir`."""
+    """Add `restir` to scenes, view layers and materials."""
     for owner, group in CLASSES.items():
         if not group.is_registered:
             bpy.utils.register_class(group)

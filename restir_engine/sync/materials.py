@@ -8,9 +8,10 @@ import bpy
 
 from ..kernels import opcodes as ops
 from ..kernels.lobes.nodes import DIFFUSE
-from ..kernels.records import MATERIAL_VARYING_EMISSION
+from ..kernels.records import MATERIAL_SUBSURFACE, MATERIAL_VARYING_EMISSION
 from ..scene.shaders import Program
 from .nodes import Compiler
+from .nodes.subsurface import Subsurface, material_subsurface
 
 log = logging.getLogger(__name__)
 
@@ -53,17 +54,25 @@ class Materials:
     def _material(self, material) -> Program:
         if material is None:
             return self._plain(_DEFAULT_COLOR, DIFFUSE)
-        if not _has_nodes(material):
-            program = self._plain(tuple(material.diffuse_color)[:3], DIFFUSE)
+        subsurface = material_subsurface(material)
+        tree = material.node_tree if _has_nodes(material) else None
+        if tree is not None:
+            program = self._tree(material, tree, subsurface)
         else:
-            compiler = Compiler(self._scene, "Material", material.name)
-            compiler.transparent_shadows = material.use_transparent_shadow
-            compiler.displaces = material.displacement_method != "BUMP"
-            program = self._compiled(compiler, material.node_tree)
+            program = self._plain(tuple(material.diffuse_color)[:3], DIFFUSE)
+        if subsurface.medium and not program.flags & MATERIAL_SUBSURFACE:
+            program = self._tree(material, tree, subsurface, is_medium=True)
         program.pass_index = material.pass_index
         settings = getattr(material, "cycles", None)
         program.emission_sampling = _EMISSION_SAMPLING.get(getattr(settings, "emission_sampling", "AUTO"), 1)
         return program
+
+    def _tree(self, material, tree, subsurface: Subsurface, is_medium: bool = False) -> Program:
+        compiler = Compiler(self._scene, "Material", material.name)
+        compiler.transparent_shadows = material.use_transparent_shadow
+        compiler.displaces = material.displacement_method != "BUMP"
+        compiler.subsurface, compiler.is_medium = subsurface, is_medium
+        return self._compiled(compiler, tree)
 
     def _world(self, world) -> Program:
         if not _has_nodes(world):

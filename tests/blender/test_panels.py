@@ -45,6 +45,10 @@ class Layout:
         assert name.startswith("restir.")
         self.drawn.append(name)
 
+    def operator_menu_enum(self, name: str, prop: str, **_options) -> None:
+        self.drawn.append(prop)
+        self.operator(name)
+
     def template_node_view(self, tree, node, socket) -> None:
         self.drawn.append(socket.name)
 
@@ -112,6 +116,14 @@ def test_every_scene_setting_and_pass_is_shown(scene, ui):
     drawn = {name for panel in ui.CLASSES for name in draw(panel)}
     assert set(RestirSceneSettings.__annotations__) - drawn == {"is_initialized"}
     assert {item.view_layer for item in PASSES if item.view_layer} - drawn == {"use_pass_combined"}
+
+
+def test_every_material_setting_is_shown(scene, ui):
+    from restir_engine.properties import RestirMaterialSettings
+
+    context = owners()["material"]
+    drawn = {name for panel in ui.CLASSES for name in draw(panel, **context)}
+    assert set(RestirMaterialSettings.__annotations__) <= drawn
 
 
 def test_settings_come_from_properties_one_to_one(scene):

@@ -80,7 +80,7 @@ def rgb(x, at):
 
 @pytest.mark.parametrize("identifier", SOCKETS)
 @pytest.mark.parametrize("method", METHODS)
-def test_methods_are_those_of_the_running_blender(identifier, method):
+def test_methods_are_those_of_the_running_blender(scene, identifier, method):
     x = lobe(material(identifier, method)[0])
     radius = SCALE * np.array(RADIUS)
     assert rgb(x, c.P_COLOR) == pytest.approx(COLOR)
@@ -97,14 +97,14 @@ def test_methods_are_those_of_the_running_blender(identifier, method):
 
 
 @pytest.mark.parametrize("identifier", SOCKETS)
-def test_roughness_is_squared_in_principled_alone(identifier):
+def test_roughness_is_squared_in_principled_alone(scene, identifier):
     x = lobe(material(identifier)[0])
     assert x["alpha_x"] == pytest.approx(0.3 if identifier == NODE else 0.09)
     assert x["ior"] == pytest.approx(1.3)
 
 
 @pytest.mark.parametrize("identifier", SOCKETS)
-def test_backward_scattering_is_new_in_5_2(identifier):
+def test_backward_scattering_is_new_in_5_2(scene, identifier):
     assert lobe(material(identifier, **{PREFIX[identifier] + "Anisotropy": 0.5})[0])["p"][c.P_ANISOTROPY] == 0.5
     socket = material(identifier)[2].inputs[PREFIX[identifier] + "Anisotropy"]
     result, _, node, _ = material(identifier)
@@ -114,7 +114,7 @@ def test_backward_scattering_is_new_in_5_2(identifier):
 
 
 @pytest.mark.parametrize("identifier", SOCKETS)
-def test_inputs_can_be_linked(identifier):
+def test_inputs_can_be_linked(scene, identifier):
     result, tree, node, _ = material(identifier)
     value = add_node(tree, "ShaderNodeValue")
     value.outputs[0].default_value = 0.3
@@ -126,7 +126,7 @@ def test_inputs_can_be_linked(identifier):
     assert rgb(x, c.P_LENGTH) == pytest.approx(0.09 if NEW else 0.09 / (4.0 * math.pi), abs=1e-6)
 
 
-def test_materials_say_that_they_scatter_and_by_which_normal_light_leaves():
+def test_materials_say_that_they_scatter_and_by_which_normal_light_leaves(scene):
     subsurface, bumped = rec.MATERIAL_SUBSURFACE, rec.MATERIAL_BUMPED_EXIT
     for identifier in SOCKETS:
         result, tree, node, output = material(identifier)
@@ -140,7 +140,63 @@ def test_materials_say_that_they_scatter_and_by_which_normal_light_leaves():
     assert compiled(material(PRINCIPLED, **{"Subsurface Weight": 0.0})[0])[1] == 0
 
 
+# A material's own medium.
+
+OWN = {"use_medium": True, "color": (0.5, 0.5, 0.5), "mean_free_path": (2.0, 1.0, 0.5), "scale": 0.5, "anisotropy": 0.3}
+
+
+def own_medium(result, **more):
+    for name, value in (OWN | more).items():
+        setattr(result.restir, name, value)
+    return result
+
+
+def is_own(x, color=OWN["color"]):
+    assert rgb(x, c.P_COLOR) == pytest.approx(color)
+    assert rgb(x, c.P_SIGMA_T) == pytest.approx((1.0, 2.0, 4.0))
+    assert x["p"][c.P_ANISOTROPY] == pytest.approx(0.3) and not x["p"][c.P_BURLEY]
+    assert x["p"][c.P_ENTRY] == c.ENTRY_DIFFUSE
+
+
+@pytest.mark.parametrize("identifier", SOCKETS)
+@pytest.mark.parametrize("method", METHODS)
+def test_a_medium_takes_the_place_of_what_nodes_say(scene, identifier, method):
+    is_own(lobe(own_medium(material(identifier, method)[0])))
+    is_own(lobe(own_medium(material(identifier, method)[0], use_color=False)), COLOR)
+
+
+def test_a_medium_keeps_a_weight_that_was_set(scene):
+    half = own_medium(material(PRINCIPLED, **{"Subsurface Weight": 0.5})[0])
+    whole = own_medium(material(PRINCIPLED, **{"Subsurface Weight": 0.0})[0])
+    is_own(lobe(half))
+    is_own(lobe(whole))
+    assert lobe(half)["weight"] == pytest.approx(0.5 * lobe(whole)["weight"])
+
+
+def test_any_other_material_becomes_the_medium(scene):
+    result, tree, _, output = material(NODE)
+    tree.links.new(add_node(tree, "ShaderNodeEmission").outputs[0], output.inputs["Surface"])
+    is_own(lobe(own_medium(result)))
+    assert compiled(result)[1] == rec.MATERIAL_SUBSURFACE
+    tree.links.new(add_node(tree, "ShaderNodeDisplacement").outputs[0], output.inputs["Displacement"])
+    assert compiled(result)[1] == rec.MATERIAL_SUBSURFACE | rec.MATERIAL_BUMPED_EXIT
+    tree.nodes.clear()
+    is_own(lobe(result))
+    if bpy.app.version < (5, 0, 0):
+        result.use_nodes = False
+        is_own(lobe(result))
+
+
+@pytest.mark.parametrize("identifier", SOCKETS)
+def test_how_light_enters_is_the_materials(scene, identifier):
+    for name, entry in (("DIFFUSE", c.ENTRY_DIFFUSE), ("REFRACTIVE", c.ENTRY_REFRACTIVE), ("SKIN", c.ENTRY_SKIN)):
+        result = material(identifier)[0]
+        result.restir.entry = name
+        assert lobe(result)["p"][c.P_ENTRY] == entry
+        assert lobe(own_medium(result))["p"][c.P_ENTRY] == entry
+
+
 @pytest.mark.skipif(not NEW, reason="thin walls came with Blender 5.2")
-def test_a_thin_wall_scatters_to_both_sides():
+def test_a_thin_wall_scatters_to_both_sides(scene):
     kinds = [x["kind"] for x in lobes(material(PRINCIPLED, **{"Thin Wall": True})[0])]
     assert kinds == [c.LOBE_REFLECTION, c.LOBE_LAMBERT, c.LOBE_TRANSLUCENT]

@@ -14,7 +14,7 @@ LAYERS = (
     {"embree"},
     {"kernels"},
     {"scene"},
-    {"settings", "film", "denoise"},
+    {"settings", "film", "denoise", "presets"},
     {"integrators"},
     {"session"},
     {"properties", "sync", "engine"},

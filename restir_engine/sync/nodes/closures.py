@@ -6,7 +6,7 @@ from ...kernels import opcodes as ops
 from ...kernels.lobes import BSDF_NODES
 from ...kernels.lobes import nodes as lobes
 from .registry import closure
-from .subsurface import choice, note_subsurface
+from .subsurface import choice, medium_inputs, note_subsurface
 
 
 @closure("ShaderNodeMixShader")
@@ -46,7 +46,8 @@ def holdout(c, node, weight):
 @closure(*BSDF_NODES)
 def bsdf(c, node, weight):
     layout = BSDF_NODES[node.bl_idname]
-    words = [operand(c, node, item) for item in layout.inputs]
+    own = medium_inputs(c, node)
+    words = [operand(c, node, item) if item.name not in own else own[item.name] for item in layout.inputs]
     words += [values.get(choice(c, node, attribute), 0) for attribute, values in layout.enums]
     _analyse(c, node, layout, weight, words)
     c.emit(layout.opcode, weight, *words)

@@ -17,6 +17,7 @@ from .fallback import unsupported_closure
 from .prune import shadow_instructions
 from .registry import CLOSURES
 from .sockets import COLOR, SHADER, find_socket
+from .subsurface import Subsurface, emit_medium
 from .values import ValueCompiler
 
 
@@ -32,7 +33,8 @@ class Compiler(ValueCompiler):
         super().__init__(scene, kind, name)
         self.transparent_shadows = True  # False: opaque to shadow rays, whatever it is to others
         self.displaces = False  # whether displacement is meant to move the surface
-        self.entry = "METHOD"  # how light enters below the surface, an identifier of lobes.nodes.ENTRIES
+        self.subsurface = Subsurface()
+        self.is_medium = False  # whether the surface is the material's own medium, whatever is linked to the output
         self.flags = 0
         self.emission_estimate = np.zeros(3)
         self.one = self.constant((1.0, 1.0, 1.0))
@@ -50,6 +52,8 @@ class Compiler(ValueCompiler):
             if output is not None:
                 self._path = _path_to(tree, output)
                 self._surface(output)
+            elif self.is_medium:
+                emit_medium(self)
             return self.program()
         except TooManyRegisters:
             self.warn("the node tree is too large, it is rendered black")
@@ -78,7 +82,10 @@ class Compiler(ValueCompiler):
             normal = displaced_normal(self, output)
             self._cache.clear()
             self.emit(ops.SET_NORMAL, normal)
-        self.closure(output, "Surface", self.one)
+        if self.is_medium:
+            emit_medium(self)
+        else:
+            self.closure(output, "Surface", self.one)
         if self.is_linked(output, "Displacement") and self.flags & rec.MATERIAL_SUBSURFACE:
             self.flags |= rec.MATERIAL_BUMPED_EXIT
         self._nodes.pop()
