@@ -1,0 +1,198 @@
+"""Points of one object's surface near a point, with a density by area that is like a diffusion profile.
+
+Disk projection (King et al. 2013): a channel's profile gives the distance from an axis through x, and every place where
+the line at that distance, parallel to the axis, meets the object within the channel's ball about x is a sample. The
+axis is the normal (half the time) or a tangent, so that surfaces seen from the side are found too. All hits are taken:
+the density of each is then that of the mixture of axes and channels alone, whatever else the line meets.
+"""
+
+import math
+
+from ..intersect import rtc_intersect1
+from ..jit import device, entry, inlined
+from ..local import local_ray
+from ..memory import load_f32, load_f64, load_i64, load_u32, store_f64, store_i64, store_u32
+from ..records import SCRATCH_RAY, SCRATCH_SCATTER, instance_at, mesh_at
+from ..vec import (
+    cross,
+    dot,
+    is_black,
+    length,
+    load3_f32,
+    load3_f64,
+    madd,
+    neg,
+    normalize,
+    scale,
+    store3_f64,
+    sub,
+    transform_normal,
+    transform_point,
+)
+from .profile import F_REACH, REACH, profile, profile_radius
+
+# Probabilities of the axes: the normal, and the tangents each.
+NORMAL_SHARE, TANGENT_SHARE = 0.5, 0.25
+
+# In the working memory: the arguments of Embree's query, the context that its filter is given (with the number of hits
+# so far), and a HIT of float64 for each of them.
+ARGUMENTS = SCRATCH_SCATTER
+CONTEXT = SCRATCH_SCATTER + 64
+HITS = SCRATCH_SCATTER + 128
+MAX_HITS = 128
+_FOUND = 2  # int64 index in the context, behind what Embree keeps there
+
+# float64 index of what a hit holds; the weights are the methods' own.
+H_T, H_PRIMITIVE, H_U, H_V, H_POINT, H_NORMAL, H_PDF, H_WEIGHT, HIT = 0, 1, 2, 3, 4, 7, 10, 11, 14
+AFTER_HITS = HITS + 8 * HIT * MAX_HITS
+
+_INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
+_ALL_FEATURES = 0xFFFFFFFF
+
+
+@entry
+def note_hit(arguments, _b, _c, _d, _e):
+    """Embree's filter (RTCFilterFunctionNArguments, one ray): keep the hit and let the ray go on.
+
+    Embree passes the first argument alone; the others, which every entry has, are not looked at.
+    """
+    context = load_i64(arguments, 2)
+    ray, found = load_i64(arguments, 3), load_i64(arguments, 4)
+    n = load_i64(context, _FOUND)
+    store_i64(context, _FOUND, n + 1)
+    if n < MAX_HITS:
+        hit = context + (HITS - CONTEXT) + 8 * HIT * n
+        store_f64(hit, H_T, load_f32(ray, 8))
+        store_f64(hit, H_PRIMITIVE, float(load_u32(found, 5)))
+        store_f64(hit, H_U, load_f32(found, 3))
+        store_f64(hit, H_V, load_f32(found, 4))
+    store_u32(load_i64(arguments, 0), 0, 0)
+
+
+@device
+def all_hits(scene, scratch, note, instance, o, d, tmax):
+    """All meetings of a segment with an instance, in order of (t, primitive), as hits without point and density.
+
+    note: the address of note_hit. The result may exceed MAX_HITS: then only so many, of any order, were kept.
+    """
+    ray = scratch + SCRATCH_RAY
+    structure = local_ray(scene, ray, instance, o, d, 0.0, tmax)
+    if structure == 0:
+        return 0
+    arguments, context = scratch + ARGUMENTS, scratch + CONTEXT
+    store_u32(arguments, 0, _INVOKE_FILTER)
+    store_u32(arguments, 1, _ALL_FEATURES)
+    store_i64(arguments, 1, context)
+    store_i64(arguments, 2, note)
+    store_i64(arguments, 3, 0)
+    store_i64(arguments, 4, 0)
+    store_i64(context, 0, -1)
+    store_i64(context, 1, -1)
+    store_i64(context, _FOUND, 0)
+    rtc_intersect1(structure, ray, arguments)
+    n = load_i64(context, _FOUND)
+    _sort(scratch, min(n, MAX_HITS))
+    return n
+
+
+@device
+def _sort(scratch, n):
+    """By insertion: there are a handful, nearly always in order."""
+    hits = scratch + HITS
+    for i in range(1, n):
+        t, primitive, u, v = load_f64(hits, HIT * i), load_f64(hits, HIT * i + 1), load_f64(hits, HIT * i + 2), 0.0
+        v = load_f64(hits, HIT * i + H_V)
+        j = i - 1
+        while j >= 0:
+            other = load_f64(hits, HIT * j)
+            if other < t or (other == t and load_f64(hits, HIT * j + H_PRIMITIVE) <= primitive):
+                break
+            for k in range(4):
+                store_f64(hits, HIT * (j + 1) + k, load_f64(hits, HIT * j + k))
+            j -= 1
+        store_f64(hits, HIT * (j + 1) + H_T, t)
+        store_f64(hits, HIT * (j + 1) + H_PRIMITIVE, primitive)
+        store_f64(hits, HIT * (j + 1) + H_U, u)
+        store_f64(hits, HIT * (j + 1) + H_V, v)
+
+
+@device
+def triangle_point(scene, instance, primitive, u, v):
+    """(position, unit normal by the mesh's winding) of a point of a triangle in world space; the normal may be zero."""
+    placed = instance_at(scene.instances, instance)
+    mesh = mesh_at(scene.meshes, placed.mesh)
+    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
+    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
+    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
+    p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
+    return p, normalize(transform_normal(placed.to_object, cross(ab, ac)))
+
+
+@inlined
+def probe_frame(n):
+    """Tangents of a normal: those of Cycles, on whose directions its own kernel depends."""
+    t = cross((1.0, 1.0, 1.0), n)
+    if is_black(t):
+        t = cross((1.0, -1.0, -1.0), n)
+    t = normalize(t)
+    return t, cross(n, t)
+
+
+@device
+def _density(r, distance, w, d):
+    """Σ_c w_c B_c(r) within the channels' balls, 1/length²; w: weights of the channels, d: scales, 0 for none."""
+    total = 0.0
+    for c in range(3):
+        if w[c] > 0.0 and distance <= REACH * d[c]:
+            total += w[c] * profile(r, d[c])
+    return total * (1.0 / F_REACH)
+
+
+@device
+def probe_pdf(offset, ny, n, t, b, w, d):
+    """The density by area of a point at x + offset with normal ny, under the frame (n, t, b)."""
+    square = dot(offset, offset)
+    distance = math.sqrt(square)
+    x, y, z = dot(offset, t), dot(offset, b), dot(offset, n)
+    pdf = NORMAL_SHARE * abs(dot(ny, n)) * _density(math.sqrt(x * x + y * y), distance, w, d)
+    pdf += TANGENT_SHARE * abs(dot(ny, t)) * _density(math.sqrt(y * y + z * z), distance, w, d)
+    return pdf + TANGENT_SHARE * abs(dot(ny, b)) * _density(math.sqrt(x * x + z * z), distance, w, d)
+
+
+@device
+def probe(scene, scratch, note, instance, x, n, side, w, d, u_axis, u_channel, u_radius, u_angle):
+    """Find points of an instance's surface around x; returns how many, with the number found as for all_hits.
+
+    n: unit normal at x; side: 1, or -1 where what the mesh takes for its inside is the outside; w: probabilities of the
+    channels (0 for one that has no profile), d: their scales. Hits hold point, outward normal and density.
+    """
+    t, b = probe_frame(n)
+    axis, right, up = n, t, b
+    if u_axis >= NORMAL_SHARE + TANGENT_SHARE:
+        axis, right, up = b, n, t
+    elif u_axis >= NORMAL_SHARE:
+        axis, right, up = t, b, n
+    scale_chosen = d[2]
+    if w[2] <= 0.0 or u_channel < w[0] + w[1]:
+        scale_chosen = d[0] if w[1] <= 0.0 or u_channel < w[0] else d[1]
+    r = profile_radius(u_radius * F_REACH, scale_chosen)
+    reach = REACH * scale_chosen
+    half = math.sqrt(max(reach * reach - r * r, 0.0))
+    phi = 2.0 * math.pi * u_angle
+    o = madd(madd(madd(x, right, r * math.cos(phi)), up, r * math.sin(phi)), axis, half)
+    found = all_hits(scene, scratch, note, instance, o, neg(axis), 2.0 * half)
+    kept = min(found, MAX_HITS)
+    for i in range(kept):
+        hit = scratch + HITS + 8 * HIT * i
+        primitive = int(load_f64(hit, H_PRIMITIVE))
+        p, ny = triangle_point(scene, instance, primitive, load_f64(hit, H_U), load_f64(hit, H_V))
+        store3_f64(hit, H_POINT, p)
+        store3_f64(hit, H_NORMAL, scale(ny, side))
+        store_f64(hit, H_PDF, probe_pdf(sub(p, x), ny, n, t, b, w, d))
+    return kept, found
+
+
+@inlined
+def hit_distance(hit, x):
+    """How far a hit is from x."""
+    return length(sub(load3_f64(hit, H_POINT), x))
