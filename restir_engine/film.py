@@ -6,9 +6,13 @@ import numpy as np
 
 from .kernels import records as rec
 from .kernels.memory import address
-from .settings import PASS_BY_NAME, Pass
+from .settings import PASS_BY_NAME, PASSES, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it
+
+
+# Passes that light is added to as it is found.
+_LIGHT = {"combined", "emission", "environment", *(p.field for p in PASSES if p.field.startswith("subsurface"))}
 
 
 class Film:
@@ -38,7 +42,7 @@ class Film:
             record[item.field] = self._offsets[item.name]
         fields = {item.field for item in self.passes}
         record["light_passes"] = any(f.endswith(("direct", "emission", "environment")) for f in fields)
-        record["data_passes"] = bool(fields - {"combined", "emission", "environment"})
+        record["data_passes"] = bool(fields - _LIGHT)
 
     @property
     def record(self) -> np.void:
@@ -67,7 +71,7 @@ class Film:
         if name == "Combined":
             result[:, :, 3] = np.clip(1.0 - result[:, :, 3], 0.0, 1.0)
             result[:, :, :3] *= self.exposure
-        elif item.divide or name in ("Emission", "Environment"):
+        elif item.divide or item.field in _LIGHT:
             result[:, :, :3] *= self.exposure
         elif name == "Denoising Normal" or name == "Normal":
             length = np.linalg.norm(result, axis=2, keepdims=True)

@@ -113,6 +113,31 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         description="Light that glass casts on a diffuse surface. Off is less noisy and darkens the shadow of glass",
         default=DEFAULTS.caustics_refractive,
     )
+    sss_method: EnumProperty(
+        name="Method",
+        description="How light below surfaces is followed; what the material is stays the same",
+        items=(
+            (
+                "FROM_MATERIAL",
+                "From Material",
+                "Diffusion for Christensen–Burley, random walks for all others: what Cycles shows",
+            ),
+            ("RANDOM_WALK", "Random Walk", "Right for every shape and length, and the slowest"),
+            (
+                "DIFFUSION",
+                "Diffusion",
+                "By the distance between two points of the surface alone: thin parts let no light through as they should "
+                "(a plate one mean free path thick is 16 % too dark under even light), thick ones are right",
+            ),
+        ),
+        default=DEFAULTS.sss_method,
+    )
+    cycles_burley_kernel: BoolProperty(
+        name="Cycles' Christensen–Burley",
+        description="Weigh distances as Cycles does, whose sum over a curved surface is too large: by 2 % on a sphere "
+        "of 20 times the scattering length, by 12 % of 5 times",
+        default=DEFAULTS.cycles_burley_kernel,
+    )
     sss_after_diffuse: EnumProperty(
         name="After Diffuse",
         description="What becomes of subsurface scattering that is seen by way of a diffuse bounce",
@@ -189,6 +214,12 @@ def _sss_after_diffuse(choice: str) -> str:
 class RestirViewLayerSettings(bpy.types.PropertyGroup):
     """Passes of a view layer for which Blender has no switch of its own."""
 
+    use_pass_subsurface: BoolProperty(
+        name="Subsurface",
+        description="Deliver the light that was scattered below surfaces, and its parts that were scattered there not "
+        "at all (Boundary), once (Single) and more often (Multiple)",
+        default=False,
+    )
     use_pass_denoising: BoolProperty(
         name="Denoising Data",
         description="Deliver the albedo and the normal that guide a denoiser, for the compositor's Denoise node",
@@ -266,11 +297,11 @@ class RestirMaterialSettings(bpy.types.PropertyGroup):
 
 def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     """Names of the passes that a view layer asks for; Combined is always one of them."""
-    denoising = view_layer.restir.use_pass_denoising
     return frozenset(
         item.name
         for item in PASSES
-        if item.name == "Combined" or (getattr(view_layer, item.view_layer) if item.view_layer else denoising)
+        if item.name == "Combined"
+        or getattr(view_layer if item.view_layer else view_layer.restir, item.view_layer or item.own)
     )
 
 

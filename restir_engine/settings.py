@@ -29,6 +29,8 @@ class RenderSettings:
     filter_glossy: float = 0.0
     caustics_reflective: bool = True
     caustics_refractive: bool = True
+    sss_method: str = "FROM_MATERIAL"  # FROM_MATERIAL, RANDOM_WALK, HYBRID, DIFFUSION
+    cycles_burley_kernel: bool = False
     sss_max_scatters: int = 0  # scattering events that a random walk may have; 0: unlimited, -1: none
     sss_after_diffuse: str = "BURLEY_DIFFUSE"  # ALWAYS, BURLEY_DIFFUSE, DIFFUSE: which methods are diffuse from then on
     pixel_filter: str = "BLACKMAN_HARRIS"  # BOX, GAUSSIAN, BLACKMAN_HARRIS
@@ -54,6 +56,7 @@ class Pass:
     channels: str  # as RenderEngine.register_pass wants it; its length is the number of channels
     kind: str  # VALUE, VECTOR, COLOR
     view_layer: str  # the ViewLayer property that switches it on; "" where none does
+    own: str = ""  # then the property of view_layer.restir that does
     divide: str = ""
     averaged: bool = True  # False: the first sample's value
 
@@ -81,8 +84,13 @@ PASSES: tuple[Pass, ...] = (
     *_light("Transmission", "Trans", "transmission", "transmission"),
     Pass("Emission", "Emit", "emission", "RGB", "COLOR", "use_pass_emit"),
     Pass("Environment", "Env", "environment", "RGB", "COLOR", "use_pass_environment"),
-    Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", ""),
-    Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", ""),
+    # Light that was scattered below a surface; by what happened there at the first time, however the path went on.
+    Pass("Subsurface", "SSS", "subsurface", "RGB", "COLOR", "", own="use_pass_subsurface"),
+    Pass("Subsurface Boundary", "SSSBoundary", "subsurface_boundary", "RGB", "COLOR", "", own="use_pass_subsurface"),
+    Pass("Subsurface Single", "SSSSingle", "subsurface_single", "RGB", "COLOR", "", own="use_pass_subsurface"),
+    Pass("Subsurface Multiple", "SSSMultiple", "subsurface_multiple", "RGB", "COLOR", "", own="use_pass_subsurface"),
+    Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", "", own="use_pass_denoising"),
+    Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", "", own="use_pass_denoising"),
 )
 PASS_BY_NAME = {p.name: p for p in PASSES}
 DENOISING_PASSES = frozenset({"Denoising Albedo", "Denoising Normal"})

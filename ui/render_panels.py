@@ -77,6 +77,8 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         own, column = context.scene.restir, self.column()
+        column.prop(own, "sss_method")
+        column.prop(own, "cycles_burley_kernel")
         column.prop(own, "sss_after_diffuse")
         column.prop(own, "sss_max_scatters")
 
@@ -162,6 +164,7 @@ class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):
             group = column.column(heading=title, align=True)
             for prop, name in names:
                 group.prop(layer, prop, text=name)
+        column.prop(layer.restir, "use_pass_subsurface")
         column.prop(layer.restir, "use_pass_denoising")
 
 

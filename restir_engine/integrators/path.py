@@ -15,25 +15,24 @@ from ..film import Film
 from ..kernels import rng
 from ..kernels.accumulate import add1, add3, add_hit
 from ..kernels.camera import camera_reach
-from ..kernels.direct import add_direct, lit_bsdf, lobe_sum
+from ..kernels.diffusion.probe import MAX_HITS
+from ..kernels.direct import direct_light, lobe_sum
 from ..kernels.interaction import offset_origin, surface_point
 from ..kernels.intersect import intersect
 from ..kernels.jit import device, inlined, kernel
-from ..kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
-from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_has_eval, bsdf_sample
+from ..kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
+from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_sample
 from ..kernels.memory import address
 from ..kernels.path_state import (
     DIM_DIRECTION,
-    DIM_LIGHT,
-    DIM_LIGHT_POINT,
     DIM_LOBE,
     DIM_ROULETTE,
     FAR,
     LAST,
     LAST_BEFORE_SURFACE,
+    LIT,
     hit_weight,
     inherit,
-    mis_weight,
     next_after,
     next_state,
     pass_through,
@@ -46,8 +45,6 @@ from ..kernels.records import (
     CAMERA,
     INSTANCE_HOLDOUT,
     INTEGRATOR,
-    LIGHT_SAMPLE_DELTA,
-    LIGHT_SAMPLE_NO_SHADOW,
     MATERIAL_EMITS,
     MATERIAL_TRANSPARENT,
     RAY_BURLEY_DIFFUSE,
@@ -59,19 +56,17 @@ from ..kernels.records import (
     RAY_SUBSURFACE_DIFFUSE,
     SCRATCH_BYTES,
     SCRATCH_CLOSURES,
-    SCRATCH_LIGHT_SAMPLE,
     SCRATCH_PATH,
     SCRATCH_POINT,
     SCRATCH_REGISTERS,
     instance_at,
-    light_sample_at,
     material_at,
     path_at,
     shading_point_at,
 )
 from ..kernels.scatter import scatter, scatter_entries
+from ..kernels.scatter_table import CYCLES_BURLEY, OVERFLOWS
 from ..kernels.shader_vm import shader_eval
-from ..kernels.shadow import transmittance
 from ..kernels.surface_passes import data_passes, feature_passes
 from ..kernels.vec import average, max3, mul, normalize, put, scale, vec
 from ..kernels.world import world_pdf, world_radiance
@@ -109,8 +104,10 @@ def trace_path(scene, camera, integrator, film, scratch):
         step = arrive(scene, camera, integrator, film, scratch, path, sp)
         if step == SHADES:
             step = SCATTERS
+            path.scattered = 0
             while step == SCATTERS:
-                direct_light(scene, integrator, film, scratch, path, sp)
+                if path.scattered != LIT:
+                    direct_light(scene, integrator, film, scratch, path, sp)
                 step = bounce(scene, integrator, path, sp)
                 if step == SCATTERS and not scatter(scene, integrator, film, scratch, path, sp):
                     return
@@ -240,30 +237,6 @@ def add_world(scene, integrator, film, scratch, path, sp):
 
 
 @inlined
-def direct_light(scene, integrator, film, scratch, path, sp):
-    """Next event estimation: one light sample, weighted against the lobes' density, if its shadow ray is free."""
-    if not bsdf_has_eval(sp):
-        return
-    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
-    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
-    if not light_sample(scene, sp, scratch, u1, u2, u0):
-        return
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    wi = vec(ls.wi)
-    f, pdf = lit_bsdf(scene, sp, wi, ls.visibility)
-    total = lobe_sum(f)
-    if total[0] + total[1] + total[2] == 0.0 or ls.pdf <= 0.0:
-        return
-    weight = 1.0 / ls.pdf
-    if not ls.flags & LIGHT_SAMPLE_DELTA:
-        weight *= mis_weight(ls.pdf, pdf)
-    c = mul(mul(scale(total, weight), vec(ls.radiance)), vec(path.throughput))
-    if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
-    add_direct(integrator, film, path, c, f)
-
-
-@inlined
 def bounce(scene, integrator, path, sp):
     """Sample the lobes and make the path's next ray: ENDS, GOES_ON or SCATTERS."""
     if sp.n_closures == 0:
@@ -319,13 +292,18 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     return record
 
 
+def _scatter_table(scene: Scene, settings: RenderSettings) -> np.ndarray:
+    options = CYCLES_BURLEY if settings.cycles_burley_kernel else 0
+    return scatter_entries(scene.record["flags"], settings.sss_method, options)
+
+
 class PathIntegrator:
     """The PATH kernel with a scene, settings and a film; `render` may run on any number of threads."""
 
     def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self._integrator = integrator_record(settings, self._table)
-        self._scatter = scatter_entries(scene.record["flags"])
+        self._scatter = _scatter_table(scene, settings)
         self._integrator[0]["scatter"] = address(self._scatter)
         self._scene, self._film = scene, film
         self._camera = np.zeros(1, CAMERA)
@@ -342,6 +320,9 @@ class PathIntegrator:
     def render(self, tile: tuple[int, int, int, int], first_sample: int, samples: int, scratch: np.ndarray) -> None:
         """Add samples to a tile (x0, y0, x1, y1) of the film."""
         self._call(tile, first_sample, samples, scratch)
+        if self._scatter[OVERFLOWS]:
+            text = f"more than {MAX_HITS} layers of a surface lie within its scattering length; some are left out"
+            self._scene.warnings.add("Render", "Subsurface", text)
 
     def _call(self, tile, first_sample, samples, scratch) -> None:
         scene = self._scene

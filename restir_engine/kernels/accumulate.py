@@ -55,6 +55,14 @@ def add_light(film, pixel, c, indirect, diffuse, glossy):
 
 
 @inlined
+def add_scattered(film, path, c):
+    """Add a contribution to the passes of the path's first subsurface scattering."""
+    if path.scatter_pass != -1:
+        add3(path.pixel, film.subsurface, c)
+        add3(path.pixel, path.scatter_pass, c)
+
+
+@inlined
 def add_hit(film, integrator, path, radiance, mis, own_pass):
     """Add light that the path's ray found by itself; seen directly it belongs to `own_pass` (emission, environment)."""
     t = path.throughput
@@ -65,6 +73,7 @@ def add_hit(film, integrator, path, radiance, mis, own_pass):
         add3(path.pixel, own_pass, c)
     else:
         add_light(film, path.pixel, c, path.bounce > 1, vec(path.diffuse_weight), vec(path.glossy_weight))
+    add_scattered(film, path, c)
     if path.denoise and film.denoising_albedo >= 0:
         f = path.feature_throughput
         add3(path.pixel, film.denoising_albedo, (f[0] * c[0], f[1] * c[1], f[2] * c[2]))

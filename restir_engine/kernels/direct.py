@@ -1,11 +1,22 @@
 """Direct light at a shading point, whatever chose the light: the BSDF that it meets, and where it is written."""
 
-from .accumulate import add3, add_light, clamp_contribution
+from . import rng
+from .accumulate import add3, add_light, add_scattered, clamp_contribution
 from .jit import inlined
-from .lobes import bsdf_eval
-from .path_state import share
-from .records import RAY_DIFFUSE, RAY_GLOSSY, RAY_TRANSMIT
-from .vec import vec
+from .lights import light_sample
+from .lobes import bsdf_eval, bsdf_has_eval
+from .path_state import DIM_LIGHT, DIM_LIGHT_POINT, mis_weight, share
+from .records import (
+    LIGHT_SAMPLE_DELTA,
+    LIGHT_SAMPLE_NO_SHADOW,
+    RAY_DIFFUSE,
+    RAY_GLOSSY,
+    RAY_TRANSMIT,
+    SCRATCH_LIGHT_SAMPLE,
+    light_sample_at,
+)
+from .shadow import transmittance
+from .vec import mul, scale, vec
 
 LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
 
@@ -36,6 +47,7 @@ def add_direct(integrator, film, path, c, f):
     if c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0:
         return
     c = clamp_contribution(c, integrator.clamp_indirect if path.bounce > 0 else integrator.clamp_direct)
+    add_scattered(film, path, c)
     if path.bounce > 0:
         add_light(film, path.pixel, c, True, vec(path.diffuse_weight), vec(path.glossy_weight))
     elif film.light_passes > 0:
@@ -45,3 +57,27 @@ def add_direct(integrator, film, path, c, f):
         add_light(film, path.pixel, c, False, diffuse, glossy)
     else:
         add3(path.pixel, film.combined, c)
+
+
+@inlined
+def direct_light(scene, integrator, film, scratch, path, sp):
+    """Next event estimation: one light sample, weighted against the lobes' density, if its shadow ray is free."""
+    if not bsdf_has_eval(sp):
+        return
+    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
+    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
+    if not light_sample(scene, sp, scratch, u1, u2, u0):
+        return
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    wi = vec(ls.wi)
+    f, pdf = lit_bsdf(scene, sp, wi, ls.visibility)
+    total = lobe_sum(f)
+    if total[0] + total[1] + total[2] == 0.0 or ls.pdf <= 0.0:
+        return
+    weight = 1.0 / ls.pdf
+    if not ls.flags & LIGHT_SAMPLE_DELTA:
+        weight *= mis_weight(ls.pdf, pdf)
+    c = mul(mul(scale(total, weight), vec(ls.radiance)), vec(path.throughput))
+    if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
+        c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
+    add_direct(integrator, film, path, c, f)

@@ -32,6 +32,9 @@ FAR = 1.0e30
 # may find light on its ray only.
 LAST, LAST_BEFORE_SURFACE = 1, 2
 
+# Values of `scattered` in a PATH record: the path goes on where light leaves an object; its direct light is added too.
+LEAVES, LIT = 1, 2
+
 # Random dimensions: those of the camera, then DIMENSIONS for each vertex of the path.
 DIM_FILTER, DIM_LENS, DIM_FIRST_VERTEX = 0, 1, 4
 DIM_LIGHT, DIM_LIGHT_POINT, DIM_LOBE, DIM_DIRECTION, DIM_ROULETTE, DIMENSIONS = 0, 1, 2, 3, 4, 5
@@ -68,6 +71,7 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     put(path.feature_throughput, (1.0, 1.0, 1.0))
     put(path.diffuse_weight, (0.0, 0.0, 0.0))
     put(path.glossy_weight, (0.0, 0.0, 0.0))
+    path.scatter_pass = -1
     path.mis_pdf = 0.0
     path.min_pdf = FAR
     u, v = rng.sample2(key, sample, DIM_FILTER)
@@ -187,6 +191,18 @@ def next_state(path, integrator, label, pdf):
         path.min_pdf = min(path.min_pdf, pdf)
     if last:
         path.last = LAST
+
+
+@inlined
+def mark_scattered(film, path, events):
+    """Note to which passes light belongs that is found after so many scattering events below a surface."""
+    if path.scatter_pass == -1:
+        chosen = film.subsurface_multiple
+        if events == 0:
+            chosen = film.subsurface_boundary
+        elif events == 1:
+            chosen = film.subsurface_single
+        path.scatter_pass = chosen if chosen >= 0 else -2
 
 
 @inlined

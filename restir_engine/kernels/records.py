@@ -390,6 +390,10 @@ FILM = _record(
     "transmission_color",
     "emission",
     "environment",
+    "subsurface",
+    "subsurface_boundary",
+    "subsurface_single",
+    "subsurface_multiple",
     "denoising_albedo",
     "denoising_normal",
     # Bits for the integrator: whether any pass of a kind is wanted.
@@ -413,7 +417,7 @@ INTEGRATOR = _record(
     ("filter_glossy", 1),  # inf: off
     ("pass_alpha_threshold", 1),
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
-    "scatter",  # int64 [2]: code of subsurface scattering, for media (0) and for BURLEY (1); see kernels.scatter
+    "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.scatter_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
 )
 FILTER_TABLE_SIZE = 1025
@@ -433,7 +437,8 @@ PATH = _record(
     "data_done",
     "denoise",  # denoising features are still to be written
     "last",  # no more lobes: only emission and transparency
-    "scattered",  # whether kernels.scatter found where light leaves
+    "scattered",  # whether kernels.scatter found where light leaves: LEAVES or LIT of kernels.path_state, else 0
+    "scatter_pass",  # offset of the pass of the first subsurface scattering, -2: nobody wants it; -1: none so far
     ("o", 3),
     ("d", 3),
     ("tmin", 1),

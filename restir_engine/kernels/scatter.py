@@ -4,19 +4,27 @@ The methods are entries, compiled when a scene first needs one, and share this c
 where light enters (seen from outside), `sp.scatterer` the closure, and `path.throughput` contains the closure's weight
 by the probability of its choice. A method leaves in `path.scattered` whether a path goes on; if so, `sp` is the point
 where light leaves, seen from outside, with one Lambert closure of weight 1 about its own (bumped) normal, and
-`path.throughput`, `path.dimension` are up to date. What a method gathers on the way it adds to the film itself.
+`path.throughput`, `path.dimension` are up to date. What a method gathers on the way it adds to the film itself; where
+that includes the light that falls straight on the point where the path leaves, `path.scattered` is LIT.
 """
 
 import numpy as np
 
+from . import scatter_table as at
+from .diffusion.diffusion import diffusion
+from .diffusion.probe import note_hit
 from .jit import Entry, inlined
 from .lobes.closure import P_BURLEY
 from .medium.walk import random_walk
 from .memory import call_entry, load_i64, record_address
 from .records import SCENE_HAS_SUBSURFACE, closure_at
 
-# What follows light through a medium, and through a material that asks for BURLEY.
-METHODS: tuple[Entry, Entry] = (random_walk, random_walk)
+# By RenderSettings.sss_method: what follows light through a medium, and through a material that asks for BURLEY.
+METHODS: dict[str, tuple[Entry, Entry]] = {
+    "FROM_MATERIAL": (random_walk, diffusion),
+    "RANDOM_WALK": (random_walk, random_walk),
+    "DIFFUSION": (diffusion, diffusion),
+}
 
 
 @inlined
@@ -24,14 +32,21 @@ def scatter(scene, integrator, film, scratch, path, sp):
     """Follow light through the medium under `sp`; False when it does not come out."""
     path.scattered = 0
     burley = 1 if closure_at(sp.closures, sp.scatterer).p[P_BURLEY] != 0.0 else 0
-    code = load_i64(integrator.scatter, burley)
+    code = load_i64(integrator.scatter, at.MEDIUM + burley)
     if code != 0:
         call_entry(code, record_address(scene), record_address(integrator), record_address(film), scratch, 0)
     return path.scattered != 0
 
 
-def scatter_entries(scene_flags: int) -> np.ndarray:
-    """The table that INTEGRATOR.scatter points to: int64 (2,), compiled where it is not yet; 0 where none is needed."""
-    if not scene_flags & SCENE_HAS_SUBSURFACE:
-        return np.zeros(len(METHODS), np.int64)
-    return np.array([method.address for method in METHODS], np.int64)
+def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: int = 0) -> np.ndarray:
+    """The table that INTEGRATOR.scatter points to; what the scene needs of code is compiled where it is not yet.
+
+    method: a name of METHODS; options: bits of scatter_table.FLAGS.
+    """
+    table = np.zeros(at.SIZE, np.int64)
+    if scene_flags & SCENE_HAS_SUBSURFACE:
+        medium, burley = METHODS[method]
+        table[at.MEDIUM], table[at.BURLEY] = medium.address, burley.address
+        table[at.NOTE_HIT] = note_hit.address
+        table[at.FLAGS] = options
+    return table

@@ -35,16 +35,16 @@ from .profile import F_REACH, REACH, profile, profile_radius
 NORMAL_SHARE, TANGENT_SHARE = 0.5, 0.25
 
 # In the working memory: the arguments of Embree's query, the context that its filter is given (with the number of hits
-# so far), and a HIT of float64 for each of them.
+# so far), and HIT float64 for each of them.
 ARGUMENTS = SCRATCH_SCATTER
 CONTEXT = SCRATCH_SCATTER + 64
 HITS = SCRATCH_SCATTER + 128
 MAX_HITS = 128
 _FOUND = 2  # int64 index in the context, behind what Embree keeps there
 
-# float64 index of what a hit holds; the weights are the methods' own.
-H_T, H_PRIMITIVE, H_U, H_V, H_POINT, H_NORMAL, H_PDF, H_WEIGHT, HIT = 0, 1, 2, 3, 4, 7, 10, 11, 14
-AFTER_HITS = HITS + 8 * HIT * MAX_HITS
+# float64 index of what a hit holds: barycentrics, position, outward normal, density by area, and what a method makes of
+# it, the weight (rgb) and how often light was scattered.
+H_T, H_PRIMITIVE, H_U, H_V, H_POINT, H_NORMAL, H_PDF, H_WEIGHT, H_EVENTS, HIT = 0, 1, 2, 3, 4, 7, 10, 11, 14, 15
 
 _INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
 _ALL_FEATURES = 0xFFFFFFFF

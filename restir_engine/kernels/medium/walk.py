@@ -17,12 +17,13 @@ from .. import rng
 from ..jit import device, entry, inlined
 from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_COLOR, P_SIGMA_T
 from ..local import hit_barycentrics, hit_distance, trace
-from ..path_state import DIM_DIRECTION, DIMENSIONS, FAR, next_after
+from ..path_state import DIM_DIRECTION, DIMENSIONS, FAR, LEAVES, mark_scattered, next_after
 from ..records import (
     SCRATCH_PATH,
     SCRATCH_POINT,
     SCRATCH_RAY,
     closure_at,
+    film_at,
     instance_at,
     integrator_at,
     mesh_at,
@@ -175,8 +176,9 @@ def _segment(n, d, g, nu, norm, guided, share, u0, u1, u2):
 def walk(scene, scratch, sp, path, d, segments):
     """Walk from `sp` along d (unit, world space) through the medium of its closure `scatterer`.
 
-    Returns (primitive, d, throughput): the triangle where the walk leaves (-1: it does not), the direction of the last
-    segment, and the path's throughput there. Where the triangle is hit stands in the scratch's RTCRayHit.
+    Returns (primitive, d, throughput, events): the triangle where the walk leaves (-1: it does not), the direction of
+    the last segment, the path's throughput there, and how often light was scattered. Where the triangle is hit stands
+    in the scratch's RTCRayHit.
     """
     c = closure_at(sp.closures, sp.scatterer)
     placed = instance_at(scene.instances, sp.instance)
@@ -186,7 +188,7 @@ def walk(scene, scratch, sp, path, d, segments):
     w2, s2, a2 = _channel(c, path.throughput[2], 2)
     throughput = (w0, w1, w2)
     if structure == 0 or not max3(throughput) > 0.0:
-        return -1, d, throughput
+        return -1, d, throughput, 0
     sigma_t, alpha = (s0, s1, s2), (a0, a1, a2)
     g = c.p[P_ANISOTROPY]
     guided = _guided_fraction(g)
@@ -207,7 +209,7 @@ def walk(scene, scratch, sp, path, d, segments):
         distance = hit_distance(ray)
         thickness = max(-distance * dot(d, n) * thinnest, 0.0)
         if distance < t:
-            return primitive, d, _segment_weight(throughput, sigma_t, alpha, p, distance, True, 0.0, 0.0, 0.0, 0.0)
+            return primitive, d, _segment_weight(throughput, sigma_t, alpha, p, distance, True, 0.0, 0.0, 0.0, 0.0), 0
     throughput = _segment_weight(throughput, sigma_t, alpha, p, t, False, 0.0, 0.0, 0.0, 0.0)
 
     depth = -t * dot(d, n) * thinnest
@@ -238,10 +240,11 @@ def walk(scene, scratch, sp, path, d, segments):
         primitive = trace(structure, ray, o, d_object, 0.0, t)
         if primitive >= 0:
             t = min(hit_distance(ray), t)
-            return primitive, d, _segment_weight(throughput, sigma_t, alpha, p, t, True, k, guided, forward, backward)
+            throughput = _segment_weight(throughput, sigma_t, alpha, p, t, True, k, guided, forward, backward)
+            return primitive, d, throughput, segment
         throughput = _segment_weight(throughput, sigma_t, alpha, p, t, False, k, guided, forward, backward)
         depth -= t * dot(d, n) * thinnest
-    return -1, d, throughput
+    return -1, d, throughput, 0
 
 
 @entry
@@ -257,7 +260,7 @@ def random_walk(scene, integrator, film, scratch, _):
     if not enters:
         return
     segments = MAX_SEGMENTS if events < 0 else events + 1
-    primitive, d, throughput = walk(scene, scratch, sp, path, d, segments)
+    primitive, d, throughput, scattered = walk(scene, scratch, sp, path, d, segments)
     if primitive < 0 or not max3(throughput) > 0.0:
         return
     ray = scratch + SCRATCH_RAY
@@ -265,4 +268,5 @@ def random_walk(scene, integrator, film, scratch, _):
     leave(scene, sp, primitive, u, v, hit_distance(ray), d)
     put(path.throughput, throughput)
     path.dimension += DIMENSIONS
-    path.scattered = 1
+    path.scattered = LEAVES
+    mark_scattered(film_at(film, 0), path, scattered)

@@ -1,0 +1,160 @@
+"""DIFFUSION: light that enters anywhere on an object leaves by a profile of the distance alone.
+
+Of the medium at the point that is seen the surface around only shares its shape; what lies between counts for nothing.
+The integral over the surface is estimated by one probe (`probe`), whose every hit is an exit.
+"""
+
+import math
+
+from .. import rng
+from ..jit import device, entry, inlined
+from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_BURLEY, P_COLOR, P_LENGTH, P_SIGMA_T
+from ..memory import load_f64, load_i64, store_f64, store_i64
+from ..path_state import DIMENSIONS
+from ..records import (
+    SCRATCH_PATH,
+    SCRATCH_POINT,
+    closure_at,
+    film_at,
+    integrator_at,
+    path_at,
+    scene_at,
+    shading_point_at,
+)
+from ..scatter_table import CYCLES_BURLEY, FLAGS, NOTE_HIT, OVERFLOWS
+from ..vec import dot, load3_f64, scale, store3_f64, sub, vec
+from .exits import amount, exit_at, light_exits
+from .probe import (
+    H_EVENTS,
+    H_NORMAL,
+    H_PDF,
+    H_POINT,
+    H_WEIGHT,
+    NORMAL_SHARE,
+    TANGENT_SHARE,
+    hit_distance,
+    probe,
+    probe_frame,
+)
+from .profile import REACH, profile, profile_scale
+
+# Cycles' profile ends here, in d, and is scaled to hold everything within.
+_CYCLES_REACH = 16.0
+_CYCLES_F = 0.9963790093708328
+
+DIM_AXIS, DIM_RADIUS = 0, 1  # random dimensions of a probe's vertex
+
+
+@device
+def channel_shares(weight):
+    """Probabilities of the channels in proportion to their weight; they add up to 1."""
+    s = 1.0 / (weight[0] + weight[1] + weight[2])
+    return scale(weight, s)
+
+
+@device
+def probe_around(scene, table, scratch, path, sp, weight, d):
+    """Probe the surface around `sp` with the scales d of the channels: how many hits. Counts overflows."""
+    u_axis, u_channel = rng.sample2(path.key, path.sample, path.dimension + DIM_AXIS)
+    u_radius, u_angle = rng.sample2(path.key, path.sample, path.dimension + DIM_RADIUS)
+    side = -1.0 if sp.backfacing else 1.0
+    note = load_i64(table, NOTE_HIT)
+    kept, found = probe(
+        scene, scratch, note, sp.instance, vec(sp.p), vec(sp.ng), side, channel_shares(weight), d,
+        u_axis, u_channel, u_radius, u_angle,
+    )  # fmt: skip
+    if found > kept:
+        store_i64(table, OVERFLOWS, load_i64(table, OVERFLOWS) + 1)
+    return kept
+
+
+@inlined
+def _cut(r, distance, d):
+    """Σ_c B_c(r) of the channels whose profile, as Cycles ends it, reaches `distance`."""
+    total = 0.0
+    for c in range(3):
+        if distance <= _CYCLES_REACH * d[c]:
+            total += profile(r, d[c])
+    return total
+
+
+@device
+def cycles_kernel(offset, ny, n, d):
+    """rgb: the kernel whose integral over the surface is the mean of Cycles' estimator, 1/length².
+
+    Its weights lack the factor from the distance on the disk to that in space, and weigh the three axes without their
+    densities: B(r) / F(16) Σ_a ω_a r / r_a, with ω_a ∝ (w_a |n_y · a|)², r_a the distance from the axis. A channel's
+    line ends within its own ball, which the density that the weights are divided by does not know: the last factor.
+    """
+    t, b = probe_frame(n)
+    r = math.sqrt(dot(offset, offset))
+    x, y, z = dot(offset, t), dot(offset, b), dot(offset, n)
+    wn, wt, wb = NORMAL_SHARE * dot(ny, n), TANGENT_SHARE * dot(ny, t), TANGENT_SHARE * dot(ny, b)
+    total = wn * wn + wt * wt + wb * wb
+    if not total > 0.0:
+        return (0.0, 0.0, 0.0)
+    factor = 0.0
+    for axis in range(3):
+        w = wn if axis == 0 else (wt if axis == 1 else wb)
+        square = x * x + y * y if axis == 0 else (y * y + z * z if axis == 1 else x * x + z * z)
+        ra = max(math.sqrt(square), 1.0e-9 * r)
+        sampled = _cut(ra, ra, d)
+        if sampled > 0.0:
+            factor += w * w * r / ra * _cut(ra, r, d) / sampled
+    factor /= total * _CYCLES_F
+    return (
+        factor * profile(r, d[0]) if r <= _CYCLES_REACH * d[0] else 0.0,
+        factor * profile(r, d[1]) if r <= _CYCLES_REACH * d[1] else 0.0,
+        factor * profile(r, d[2]) if r <= _CYCLES_REACH * d[2] else 0.0,
+    )
+
+
+@inlined
+def _scale(c, k):
+    """d of channel k: BURLEY's own length, or that of the medium. 0: the channel does not scatter."""
+    if c.p[P_BURLEY] != 0.0:
+        d = float(c.p[P_LENGTH + k])
+    else:
+        d = profile_scale(c.p[P_SIGMA_T + k], c.p[P_ALBEDO + k], c.p[P_COLOR + k], c.p[P_ANISOTROPY])
+    return d if 0.0 < d < math.inf else 0.0
+
+
+@inlined
+def _unit_profile(r, d):
+    return profile(r, d) if r <= REACH * d else 0.0
+
+
+@entry
+def diffusion(scene, integrator, film, scratch, _):
+    """The method of kernels.scatter."""
+    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    c = closure_at(sp.closures, sp.scatterer)
+    table = integrator.scatter
+    d = (_scale(c, 0), _scale(c, 1), _scale(c, 2))
+    throughput = vec(path.throughput)
+    weight = (
+        throughput[0] if d[0] > 0.0 else 0.0,
+        throughput[1] if d[1] > 0.0 else 0.0,
+        throughput[2] if d[2] > 0.0 else 0.0,
+    )
+    full = amount(weight)
+    if not full > 0.0:
+        return
+    as_cycles = c.p[P_BURLEY] != 0.0 and load_i64(table, FLAGS) & CYCLES_BURLEY != 0
+    path.dimension += DIMENSIONS
+    x, n = vec(sp.p), vec(sp.ng)
+    found = probe_around(scene, table, scratch, path, sp, weight, d)
+    for k in range(found):
+        hit = exit_at(scratch, k)
+        pdf = load_f64(hit, H_PDF)
+        r = hit_distance(hit, x)
+        if as_cycles:
+            b = cycles_kernel(sub(load3_f64(hit, H_POINT), x), load3_f64(hit, H_NORMAL), n, d)
+        else:
+            b = (_unit_profile(r, d[0]), _unit_profile(r, d[1]), _unit_profile(r, d[2]))
+        s = 1.0 / pdf if pdf > 0.0 else 0.0
+        store3_f64(hit, H_WEIGHT, (weight[0] * b[0] * s, weight[1] * b[1] * s, weight[2] * b[2] * s))
+        store_f64(hit, H_EVENTS, 2.0)
+    light_exits(scene, integrator, film, scratch, path, sp, found, full)

@@ -1,0 +1,63 @@
+"""Objects that scatter light below their surface, lit and rendered without Blender."""
+
+import numpy as np
+from light_scenes import emission_program, matrix
+
+from restir_engine.kernels import opcodes as ops
+from restir_engine.kernels import records as rec
+from restir_engine.kernels.lobes.nodes import ENTRIES, SUBSURFACE
+from restir_engine.kernels.medium.parameters import METHODS, POSITIVE
+from restir_engine.scene.instances import build_instances
+from restir_engine.scene.mesh import Mesh
+from restir_engine.scene.scene import Scene
+from restir_engine.scene.shaders import Program
+from restir_engine.session import Session
+from restir_engine.settings import RenderSettings
+
+PARTS = ("Subsurface Boundary", "Subsurface Single", "Subsurface Multiple")
+
+
+def subsurface_program(color, radius, g=0.0, roughness=0.5, ior=1.4, method="RANDOM_WALK", entry="METHOD") -> Program:
+    """One Subsurface Scattering node of constant inputs; radius: scene units, the mean free path for RANDOM_WALK."""
+    color, radius = np.broadcast_to(color, 3), np.broadcast_to(radius, 3)
+    constants = np.array([1.0, 1.0, 1.0, *color, 1.0, *radius, ior, roughness, g], float)
+    words = [0, 3, 6, 7, 10, 11, 12, -1, METHODS[method], ENTRIES[entry], POSITIVE]
+    code = np.array([SUBSURFACE, len(words), *words, ops.END, 0], np.int32)
+    return Program(code, constants, flags=rec.MATERIAL_SUBSURFACE)
+
+
+def scatter_scene(mesh: Mesh, program: Program, lamps=(), sky=0.0) -> Scene:
+    """One object at its own place under lamps and an even sky of radiance `sky`; not committed."""
+    scene = Scene()
+    scene.meshes = [mesh]
+    scene.material_slots = np.array([scene.shaders.add(program)], np.int32)
+    scene.instances = build_instances(matrix().reshape(1, 12), [0], n_materials=1, visibility=rec.RAY_ALL)
+    if len(lamps):
+        scene.lights.lamps = np.concatenate(lamps)
+    if np.any(sky):
+        scene.world.material = scene.shaders.add(emission_program(np.broadcast_to(sky, 3), sampling=0))
+    return scene
+
+
+def look(scene: Scene, eye, target=(0.0, 0.0, 0.0), width=64, height=64, size=2.0) -> Scene:
+    """An orthographic view of `size` scene units across, upright."""
+    place = np.eye(4)
+    z = np.subtract(eye, target, dtype=float)
+    z /= np.linalg.norm(z)
+    x = np.cross((0.0, 1.0, 0.0) if abs(z[2]) > 0.99 else (0.0, 0.0, 1.0), z)
+    x /= np.linalg.norm(x)
+    place[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    place[:3, 3] = eye
+    half, ratio = 0.5 * size, height / width
+    scene.camera.kind, scene.camera.to_world = "ORTHO", place
+    scene.camera.width, scene.camera.height = width, height
+    scene.camera.screen = (-half, half, -half * ratio, half * ratio)
+    return scene
+
+
+def render(scene: Scene, samples: int, passes=("Combined",), threads=1, **settings) -> dict[str, np.ndarray]:
+    """The passes (height, width, channels) after so many samples; no bounces between objects unless asked for."""
+    defaults = {"max_bounces": 0, "pixel_filter": "BOX", "samples": samples, "threads": threads}
+    session = Session(scene, RenderSettings(passes=frozenset(passes), **defaults | settings))
+    session.render()
+    return {name: session.film.pass_array(name) for name in passes}
