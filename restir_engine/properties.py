@@ -126,7 +126,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
             (
                 "DIFFUSION",
                 "Diffusion",
-                "By the distance between two points of the surface alone: thin parts let no light through as they should "
+                "By the distance of two surface points alone: light through thin parts is not as it should be "
                 "(a plate one mean free path thick is 16 % too dark under even light), thick ones are right",
             ),
         ),

@@ -54,9 +54,8 @@ def test_a_short_length_is_the_colour():
 
 def test_passes_hold_the_picture():
     """Every way a path goes on belongs to the pass of its first scattering: here all is multiple scattering."""
-    scene = scatter_scene(
-        BALL, burley((0.8, 0.5, 0.2), 0.2), [point_lamp(matrix((0.0, 2.0, 3.0)), (50.0,) * 3, 0.2)], 0.2
-    )
+    lamp = point_lamp(matrix((0.0, 2.0, 3.0)), (50.0,) * 3, 0.2)
+    scene = scatter_scene(BALL, burley((0.8, 0.5, 0.2), 0.2), [lamp], 0.2)
     look(scene, (0.0, 0.0, 5.0), width=16, height=16, size=1.0)
     passes = render(scene, 4, ("Combined", "Subsurface", *PARTS), max_bounces=4)
     np.testing.assert_allclose(passes["Subsurface"], passes["Combined"][..., :3], rtol=1e-4)
