@@ -103,9 +103,7 @@ def test_render_border(lit, tmp_path, crop):
 def test_all_passes_reach_blender(lit, tmp_path, written):
     layer = bpy.context.view_layer
     for item in PASSES:
-        if item.view_layer:
-            setattr(layer, item.view_layer, True)
-    layer.restir.use_pass_denoising = True
+        setattr(layer if item.view_layer else layer.restir, item.view_layer or item.own, True)
     settings = lit.render.image_settings
     if hasattr(settings, "media_type"):
         settings.media_type = "MULTI_LAYER_IMAGE"
@@ -285,5 +283,5 @@ def test_warnings_are_kept_for_the_panel(lit):
 
 def test_every_pass_has_a_view_layer_switch(scene):
     layer = bpy.context.view_layer
-    assert all(hasattr(layer, item.view_layer) for item in PASSES if item.view_layer)
+    assert all(hasattr(layer if item.view_layer else layer.restir, item.view_layer or item.own) for item in PASSES)
     assert properties.enabled_passes(layer) >= {"Combined"}
