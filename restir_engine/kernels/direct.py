@@ -76,7 +76,7 @@ def direct_light(scene, integrator, film, scratch, path, sp):
         return
     weight = 1.0 / ls.pdf
     if not ls.flags & LIGHT_SAMPLE_DELTA:
-        weight *= mis_weight(ls.pdf, pdf)
+        weight *= mis_weight(ls.mis_pdf, pdf)
     c = mul(mul(scale(total, weight), vec(ls.radiance)), vec(path.throughput))
     if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
         c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))

@@ -260,7 +260,7 @@ LIGHT_TABLE = _record(
     ("triangles", 1),
     ("world", 1),
     "places",  # int64, addresses of code that places points of lights: kernels.lights.places; 0: no reuse of points
-    "tiles",  # LIGHT_TILES; 0: none
+    "tiles",  # LIGHT_TILES from which light samples are resampled; 0: they are drawn for their receiver
 )
 
 # A point of a light as reservoirs and tiles keep it: (source, primitive, u, v), see kernels.lights.places. `primitive`
@@ -289,12 +289,9 @@ LIGHT_TILES = _record(
     "entries",  # TILE_ENTRY [n_tiles, size]
     "n_tiles",
     "size",
-    "candidates",  # drawn for each light sample; 0: lights are chosen as PATH does it
-    "lamp_alias",  # ALIAS [n_lights]
-    "lamp_probabilities",  # float32 [n_lights]
-    ("lamps", 1),  # probability of a lamp, an emissive triangle, the world; sum 1, or all 0
-    ("triangles", 1),
-    ("world", 1),
+    "candidates",  # for each light sample
+    "lamp_cdf",  # float64 [n_lights + 1], cumulated probabilities among lamps
+    "code",  # of kernels.lights.tiles.sample_tiles
 )
 
 WORLD_TABLE = _record(

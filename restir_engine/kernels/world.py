@@ -14,6 +14,7 @@ from .records import (
     RAY_EMISSION,
     SCRATCH_POINT,
     light_table_at,
+    light_tiles_at,
     shading_point_at,
     world_table_at,
 )
@@ -94,9 +95,8 @@ def _other_pdf(table, d):
 
 
 @device
-def sample_world(scene, sp, scratch, u0, u1, u2, ls):
-    """Choose a direction; ls.pdf leaves out the choice between lamps, triangles and world."""
-    table = world_table_at(scene.world_table, 0)
+def draw_world(table, u0, u1, u2):
+    """(a direction of the world, its density by solid angle)."""
     if u2 < table.map:
         d, pdf = _sample_map(table, u0, u1)
     else:
@@ -105,7 +105,13 @@ def sample_world(scene, sp, scratch, u0, u1, u2, ls):
         else:
             d = cone((0.0, 0.0, 1.0), 2.0, u0, u1)
         pdf = _map_pdf(table, d) if table.map > 0.0 else 0.0
-    ls.pdf = table.map * pdf + _other_pdf(table, d)
+    return d, table.map * pdf + _other_pdf(table, d)
+
+
+@device
+def sample_world(scene, sp, scratch, u0, u1, u2, ls):
+    """Choose a direction; ls.pdf leaves out the choice between lamps, triangles and world."""
+    d, ls.pdf = draw_world(world_table_at(scene.world_table, 0), u0, u1, u2)
     return place_world(scene, sp, scratch, d, ls)
 
 
@@ -137,9 +143,12 @@ def world_pdf(scene, d):
     """light_sample's density for direction d; 0 where the world is never sampled."""
     if scene.world_table == 0 or scene.light_table == 0:
         return 0.0
-    share = light_table_at(scene.light_table, 0).world
+    lights = light_table_at(scene.light_table, 0)
+    share = float(lights.world)
     if share == 0.0:
         return 0.0
+    if lights.tiles != 0:
+        share *= light_tiles_at(lights.tiles, 0).candidates
     table = world_table_at(scene.world_table, 0)
     pdf = table.map * _map_pdf(table, d) if table.map > 0.0 else 0.0
     return share * (pdf + _other_pdf(table, d))

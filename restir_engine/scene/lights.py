@@ -65,6 +65,7 @@ class LightTable:
         self.committed = np.zeros(0, rec.LIGHT)  # the lamps in the order in which kernels know them
         self._record = np.zeros(1, rec.LIGHT_TABLE)
         self._arrays: list = []
+        self.weights = np.zeros(0)  # of the committed lamps, by about the irradiance that all of a kind send
 
     def add(self, lamp: np.ndarray) -> None:
         """Add a LIGHT record (1,), see `scene.lamps`."""
@@ -132,6 +133,7 @@ class LightTable:
         self.committed = lamps
         self._share(scene.record, "lights", lamps)
         scene.record["n_lights"] = n
+        self.weights = lamps["importance"].copy()
         if n == 0:
             return 0.0
         if n > _FEW:
@@ -143,7 +145,10 @@ class LightTable:
         targets = np.column_stack([lamps["center"], (radii * (1.0 + 1e-6) + 1e-9) ** 2, np.arange(n)])[found]
         table["n_targets"] = len(found)
         self._share(table, "targets", np.ascontiguousarray(targets))
-        return float((lamps["importance"] / self._distances(scene, lamps) ** 2).sum())
+        irradiance = lamps["importance"] / self._distances(scene, lamps) ** 2
+        near = slice(0, len(local))
+        self.weights[near] *= irradiance[near].sum() / max(self.weights[near].sum(), 1e-300)
+        return float(irradiance.sum())
 
     def _commit_clusters(self, lamps: np.ndarray, bounds: list[int]) -> None:
         """Bounding spheres and importance of the lamps between successive bounds."""

@@ -11,12 +11,13 @@ from ..records import (
     light_at,
     light_sample_at,
     light_table_at,
+    light_tiles_at,
 )
 from ..vec import dot, load3_f64, mul, put, scale, sub, vec
-from .area import intersect_area
+from .area import area_density, intersect_area
 from .ball import intersect_ball
 from .entries import SEEN
-from .select import lamp_probability
+from .select import lamp_probability, lamp_share
 from .sun import in_sun
 
 
@@ -65,7 +66,7 @@ def sun_next(scene, d, first, ray_flags):
 
 @device
 def light_radiance(scene, scratch, sp, index, o, d, t):
-    """(red, green, blue, pdf): what a lamp that the ray met at t adds, and light_sample's density for d from o.
+    """(red, green, blue, pdf): what a lamp that the ray met at t adds, and light_sample's mis_pdf for d from o.
 
     sp is the path's state: sp.receiver is that of light_sample at o, sp.depth counts the bounces of this ray
     (light_sample for it was asked at one less). Overwrites the LIGHT_SAMPLE in scratch.
@@ -86,5 +87,10 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
         point = shadow_point(scratch, sp)
         off_surface(point, light.material, index, vec(ls.p), vec(ls.ng), d, t, float(ls.uv[0]), float(ls.uv[1]))
         radiance = mul(radiance, run_emission(scene, point))
+    if table.tiles != 0:
+        tiles = light_tiles_at(table.tiles, 0)
+        density = area_density(light, d, t) if light.kind == LIGHT_AREA else ls.pdf
+        chosen = table.lamps * lamp_share(tiles, index) * tiles.candidates
+        return radiance[0], radiance[1], radiance[2], density * chosen
     chosen = table.lamps * lamp_probability(scene, o, vec(sp.receiver), index)
     return radiance[0], radiance[1], radiance[2], ls.pdf * chosen

@@ -12,6 +12,7 @@ from ..records import (
     light_at,
     light_sample_at,
     light_table_at,
+    light_tiles_at,
 )
 from ..vec import mul, put, scale, vec
 from .entries import SAMPLE, SAMPLE_TRIANGLE, SAMPLE_WORLD
@@ -69,16 +70,20 @@ def _sample_by(entry, scene, sp, scratch, u, ls):
 def light_sample(scene, sp, scratch, u0, u1, u2):
     """Choose a light and a point or direction on it for sp.p, and fill the LIGHT_SAMPLE in scratch.
 
-    u2 chooses the light, u0 and u1 the point. Returns False where there is nothing to add: no light, a sample
+    u2 chooses the light, u0 and u1 the point; with tiles see `tiles`, where 1 / pdf is an estimate and not known for
+    other points: MIS goes by ls.mis_pdf. Returns False where there is nothing to add: no light, a sample
     without density, or no radiance. Does not trace rays; ls.visibility says which parts of the BSDF count.
     """
     if scene.light_table == 0:
         return False
     table = light_table_at(scene.light_table, 0)
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    set_receiver(scene, sp)
     ls.uv[0] = u0
     ls.uv[1] = u1
+    if table.tiles != 0:
+        code = light_tiles_at(table.tiles, 0).code
+        return table.lamps + table.triangles + table.world > 0.0 and _sample_by(code, scene, sp, scratch, u2, ls)
+    set_receiver(scene, sp)
     if u2 < table.lamps:
         share = float(table.lamps)
         done = _sample_lamp(scene, table, sp, scratch, u2 / share, ls)

@@ -144,6 +144,12 @@ def choose_lamp(scene, o, n, u):
 
 
 @device
+def lamp_share(tiles, index):
+    """The probability, among lamps, with which tiles draw one."""
+    return load_f64(tiles.lamp_cdf, index + 1) - load_f64(tiles.lamp_cdf, index)
+
+
+@device
 def lamp_probability(scene, o, n, index):
     """The probability with which `choose_lamp` chooses a lamp for o with normal n."""
     if scene.n_lights == 1:

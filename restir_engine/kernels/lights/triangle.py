@@ -11,6 +11,7 @@ from ..records import (
     emitter_group_at,
     instance_at,
     light_table_at,
+    light_tiles_at,
     material_at,
     mesh_at,
 )
@@ -82,6 +83,14 @@ def _sampled_side(scene, point):
 
 
 @device
+def even_barycentrics(u0, u1):
+    """Barycentrics uniform by area: Heitz's map of the square, which keeps neighbours together."""
+    if u1 > u0:
+        return 0.5 * u0, u1 - 0.5 * u0
+    return u0 - 0.5 * u1, 0.5 * u1
+
+
+@device
 def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
     """Choose a point of an emissive triangle; ls.pdf leaves out the choice between lamps, triangles and world."""
     table = light_table_at(scene.light_table, 0)
@@ -110,9 +119,7 @@ def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
         v = min(max(dot(cross(sub(b, a), w), n) * inverse, 0.0), 1.0 - u)
         density = 1.0 / solid_angle
     else:
-        # Heitz's map of the square to the triangle keeps neighbours together.
-        u = 0.5 * u0 if u1 > u0 else u0 - 0.5 * u1
-        v = u1 - 0.5 * u0 if u1 > u0 else 0.5 * u1
+        u, v = even_barycentrics(u0, u1)
         p = madd(madd(a, sub(b, a), u), sub(c, a), v)
         w = sub(p, o)
         t = length(w)
@@ -186,17 +193,19 @@ def triangle_density(scene, sp, o):
 
 @device
 def triangle_pdf(scene, sp, o):
-    """light_sample's density (solid angle at o) for the point sp of an emissive triangle; 0 where never sampled."""
+    """light_sample's mis_pdf (solid angle at o) for the point sp of an emissive triangle; 0 where never sampled."""
     if scene.light_table == 0 or sp.instance < 0:
         return 0.0
     table = light_table_at(scene.light_table, 0)
     i = instance_at(scene.instances, sp.instance).lights
-    if i < 0 or table.triangles == 0.0 or not _sampled_side(scene, sp):
+    if i < 0 or table.triangles == 0.0:
         return 0.0
     emitter = emitter_at(table.emitters, i)
     group = emitter_group_at(table.groups, emitter.group)
     chosen = table.triangles * emitter.probability * load_f32(group.probabilities, sp.primitive)
-    if chosen == 0.0:
+    if table.tiles != 0:
+        return light_tiles_at(table.tiles, 0).candidates * chosen * triangle_density(scene, sp, o)
+    if chosen == 0.0 or not _sampled_side(scene, sp):
         return 0.0
     a, b, c = triangle_vertices(scene, sp.instance, sp.primitive)
     n = cross(sub(b, a), sub(c, a))

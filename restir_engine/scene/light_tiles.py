@@ -1,0 +1,47 @@
+"""Light tiles of a scene (kernels.lights.tiles): their memory, and what lamps are drawn by."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels import records as rec
+from ..kernels.lights.tiles import fill_tiles, sample_tiles
+from ..kernels.memory import address
+
+TILES, SIZE, CANDIDATES = 64, 1024, 16
+
+
+class LightTiles:
+    """Makes a committed scene's light samples resampled ones, as long as this object lives and until `release`.
+
+    Before each frame all tiles are to be filled. A later commit of the scene needs another object.
+    """
+
+    def __init__(self, scene, tiles: int = TILES, size: int = SIZE, candidates: int = CANDIDATES) -> None:
+        self.count = tiles
+        self._scene = scene
+        self._entries = np.zeros(tiles * size, rec.TILE_ENTRY)
+        self._lamps = np.concatenate([[0.0], np.cumsum(scene.lights.weights)])
+        if self._lamps[-1] > 0.0:
+            self._lamps /= self._lamps[-1]
+        self._record = np.zeros(1, rec.LIGHT_TILES)
+        record = self._record[0]
+        record["entries"], record["n_tiles"], record["size"] = address(self._entries), tiles, size
+        record["candidates"] = min(candidates, size)
+        record["lamp_cdf"] = address(self._lamps)
+        record["code"] = sample_tiles.address
+        scene.lights.prepare_reuse(scene)
+        scene.lights.record["tiles"] = address(self._record)
+
+    def fill(self, seed: int, scratch: np.ndarray, first: int = 0, last: int | None = None) -> None:
+        """Draw the points of tiles [first, last) for the frame of this seed; threads can share the tiles out."""
+        fill_tiles(self._scene.record, address(scratch), seed, first, self.count if last is None else last)
+
+    @property
+    def entries(self) -> np.ndarray:
+        """TILE_ENTRY (tiles, size)."""
+        return self._entries.reshape(self.count, -1)
+
+    def release(self) -> None:
+        """Let light samples be drawn for their receivers again."""
+        self._scene.lights.record["tiles"] = 0
