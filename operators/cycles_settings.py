@@ -18,6 +18,7 @@ COPIED = {
     "diffuse_bounces": "diffuse_bounces",
     "glossy_bounces": "glossy_bounces",
     "transmission_bounces": "transmission_bounces",
+    "volume_bounces": "volume_bounces",
     "transparent_max_bounces": "transparent_bounces",
     "min_light_bounces": "min_bounces",
     "sample_clamp_direct": "clamp_direct",

@@ -73,6 +73,12 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
     transmission_bounces: _bounces(
         "Transmission", DEFAULTS.transmission_bounces, "How often light passes through glass at most"
     )
+    volume_bounces: _bounces(
+        "Volume",
+        DEFAULTS.volume_bounces,
+        "How often light is scattered at most inside media that are seen through glass or by themselves. 0: once, by "
+        "direct light only",
+    )
     transparent_bounces: _bounces(
         "Transparent", DEFAULTS.transparent_bounces, "How many transparent surfaces a ray passes through at most"
     )

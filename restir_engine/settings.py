@@ -21,6 +21,7 @@ class RenderSettings:
     diffuse_bounces: int = 4
     glossy_bounces: int = 4
     transmission_bounces: int = 12
+    volume_bounces: int = 0
     transparent_bounces: int = 8
     extra_transparent: bool = False  # paths, but not shadows, may cross one more: Cycles before Blender 5
     min_bounces: int = 0  # bounces before Russian roulette starts

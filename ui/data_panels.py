@@ -27,6 +27,7 @@ class RESTIR_OBJECT_PT_ray_visibility(RestirPanel, bpy.types.Panel):
         column, item = self.column(), context.object
         for name in ("camera", "diffuse", "glossy", "transmission"):
             column.prop(item, f"visible_{name}", text=name.title())
+        column.prop(item, "visible_volume_scatter", text="Volume Scatter")
         if item.type != "LIGHT":
             column.prop(item, "visible_shadow", text="Shadow")
 
@@ -139,6 +140,7 @@ class RESTIR_WORLD_PT_ray_visibility(RestirPanel, bpy.types.Panel):
         column = self.column()
         for name in ("camera", "diffuse", "glossy", "transmission"):
             column.prop(context.world.cycles_visibility, name)
+        column.prop(context.world.cycles_visibility, "scatter", text="Volume Scatter")
 
 
 class RESTIR_WORLD_PT_settings(RestirPanel, bpy.types.Panel):

@@ -57,7 +57,7 @@ class RESTIR_RENDER_PT_light_paths(RestirPanel, bpy.types.Panel):
         own, column = context.scene.restir, self.column()
         column.prop(own, "max_bounces", text="Max Bounces")
         bounces = column.column(align=True)
-        for name in ("diffuse", "glossy", "transmission", "transparent"):
+        for name in ("diffuse", "glossy", "transmission", "volume", "transparent"):
             bounces.prop(own, f"{name}_bounces")
         column.prop(own, "min_bounces", text="Min Bounces")
         clamps = column.column(align=True)

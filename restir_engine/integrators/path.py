@@ -22,6 +22,8 @@ from ..kernels.intersect import intersect
 from ..kernels.jit import device, inlined, kernel
 from ..kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
 from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_sample
+from ..kernels.media.calls import ENDED, PASSES, pass_boundary, pass_media, start_segment, through_media
+from ..kernels.media.entries import media_entries
 from ..kernels.memory import address
 from ..kernels.path_state import (
     DIM_DIRECTION,
@@ -46,6 +48,7 @@ from ..kernels.records import (
     INSTANCE_HOLDOUT,
     INTEGRATOR,
     MATERIAL_EMITS,
+    MATERIAL_MEDIUM,
     MATERIAL_TRANSPARENT,
     RAY_BURLEY_DIFFUSE,
     RAY_CAMERA,
@@ -126,7 +129,11 @@ def tile_point(scratch):
 
 @inlined
 def arrive(scene, camera, integrator, film, scratch, path, sp):
-    """Trace the path's ray and add the light that it finds: ENDS, GOES_ON behind a surface, or SHADES: sp is ready."""
+    """Trace the path's ray and add the light that it finds: ENDS, GOES_ON behind a surface, or SHADES: sp is ready.
+
+    sp is still the surface that the ray leaves, except for a camera ray.
+    """
+    start_segment(scene, integrator, scratch, path, sp)
     o = vec(path.o)
     d = vec(path.d)
     reach = camera_reach(camera, d) if path.flags & RAY_CAMERA else FAR
@@ -136,6 +143,9 @@ def arrive(scene, camera, integrator, film, scratch, path, sp):
         sp.ray_flags |= integrator.after_diffuse
     if scene.n_lights > 0:
         add_lamps(scene, integrator, film, scratch, path, sp, t)
+    event = pass_media(scene, integrator, film, scratch, path, t, instance)
+    if event != PASSES:
+        return ENDS if event == ENDED else GOES_ON
     if instance < 0:
         add_world(scene, integrator, film, scratch, path, sp)
         return ENDS
@@ -143,6 +153,8 @@ def arrive(scene, camera, integrator, film, scratch, path, sp):
         return ENDS
     surface_point(scene, sp, instance, primitive, u, v, t, d)
     material = material_at(scene.materials, sp.material).flags
+    if material & MATERIAL_MEDIUM and pass_boundary(scene, scratch, path, sp):
+        return GOES_ON
     survival = survival_probability(path, integrator)
     ends = survival < 1.0 and rng.sample1(path.key, path.sample, path.dimension + DIM_ROULETTE) >= survival
     if ends:
@@ -210,6 +222,7 @@ def add_lamps(scene, integrator, film, scratch, path, sp, t):
 @device
 def add_lamp(scene, integrator, film, scratch, path, sp, light, distance):
     r, g, b, pdf = light_radiance(scene, scratch, sp, light, vec(path.o), vec(path.d), distance)
+    r, g, b = mul((r, g, b), through_media(scene, scratch, path, distance))
     add_hit(film, integrator, path, (r, g, b), hit_weight(path, pdf), film.emission)
 
 
@@ -281,7 +294,8 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     )
     r["max_scatters"] = {0: -1, -1: 0}.get(settings.sss_max_scatters, settings.sss_max_scatters)
     # A path of n bounces still finds light by its last ray, which therefore counts.
-    for name in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces"):
+    kinds = ("max", "diffuse", "glossy", "transmission", "transparent", "volume")
+    for name in (f"{kind}_bounces" for kind in kinds):
         r[name] = getattr(settings, name) + 1
     r["min_bounces"] = settings.min_bounces + 1  # the surface after so many is still shaded, as in Cycles
     r["transparent_path"] = settings.transparent_bounces + settings.extra_transparent
@@ -305,6 +319,9 @@ class PathIntegrator:
         self._integrator = integrator_record(settings, self._table)
         self._scatter = _scatter_table(scene, settings)
         self._integrator[0]["scatter"] = address(self._scatter)
+        self._media = media_entries(scene.record["flags"])
+        self._integrator[0]["media"] = address(self._media)
+        self._integrator[0]["camera_in_media"] = scene.camera_may_be_in_media()
         self._scene, self._film = scene, film
         self._camera = np.zeros(1, CAMERA)
         self._camera[0] = scene.camera.record()

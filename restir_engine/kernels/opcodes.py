@@ -119,3 +119,11 @@ DISPLACEMENT = 84  # out, in object space!, height, midlevel, scale, normal or -
 VECTOR_DISPLACEMENT = 85  # out, index into NORMAL_SPACES!, name of the tangent!, vector, midlevel, scale
 
 NORMAL_SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
+
+# Media, in the programs of the Volume socket: media.program ------------------------------------------------------
+# `phase` is a PHASE_* of media.phase; its inputs are g, nothing, g and α, IOR and backscatter, the diameter in µm.
+VOLUME_SCATTER = 300  # weight, colour, density, phase!, first input, second input
+VOLUME_ABSORPTION = 301  # weight, colour, density
+VOLUME_COEFFICIENTS = 302  # weight, absorption, scattering, emission, phase!, first input, second input
+VOLUME_PRINCIPLED = 303  # weight, colour, density, anisotropy, absorption colour, emission strength, emission colour,
+# blackbody intensity, blackbody tint, temperature, colour of a black body

@@ -62,6 +62,8 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     path.glossy_bounce = 0
     path.transmission_bounce = 0
     path.transparent_bounce = 0
+    path.volume_bounce = 0
+    path.boundaries = 0
     path.dimension = DIM_FIRST_VERTEX
     path.background_visible = 1
     path.data_done = 0

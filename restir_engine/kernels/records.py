@@ -122,6 +122,7 @@ MATERIAL_VARYING_EMISSION = 4  # emission depends on the point (a texture)
 MATERIAL_SUBSURFACE = 16  # may make a LOBE_SUBSURFACE: its meshes have a bottom-level scene
 MATERIAL_BUMPED_EXIT = 32  # its subsurface lobes have normals of their own: light leaves by these
 MATERIAL_MEDIUM = 64  # has a medium inside
+MATERIAL_BOUNDARY = 128  # nothing but the invisible boundary of a medium: rays pass without a bounce
 
 IMAGE = _record(
     "pixels",  # float32 or uint8 [height, width, 4] rows bottom to top, alpha associated
@@ -405,6 +406,7 @@ INTEGRATOR = _record(
     "glossy_bounces",
     "transmission_bounces",
     "transparent_bounces",
+    "volume_bounces",
     "transparent_path",  # transparent surfaces after which a path may only find light on its ray
     "min_bounces",
     "transparent_film",
@@ -416,6 +418,8 @@ INTEGRATOR = _record(
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
     "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.scatter_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
+    "media",  # int64 [4]: code for media that paths cross; see kernels.media.calls
+    "camera_in_media",  # 1: camera rays may start inside a medium
 )
 FILTER_TABLE_SIZE = 1025
 
@@ -429,6 +433,9 @@ PATH = _record(
     "glossy_bounce",
     "transmission_bounce",
     "transparent_bounce",
+    "volume_bounce",
+    "boundaries",  # invisible boundaries of media that were passed
+    "event",  # what became of the path in a medium, see kernels.media.calls
     "dimension",  # first random dimension of the current vertex
     "background_visible",  # nothing but transparency so far: alpha and data passes are still written
     "data_done",
@@ -439,6 +446,8 @@ PATH = _record(
     ("o", 3),
     ("d", 3),
     ("tmin", 1),
+    ("t", 1),  # where the ray ends, for the code of media
+    ("medium_start", 1),  # where on the ray the present medium begins, while tmin > 0
     ("throughput", 3),
     ("diffuse_weight", 3),  # share of each class of lobes at the first bounce, for the light passes
     ("glossy_weight", 3),
@@ -448,6 +457,38 @@ PATH = _record(
     ("min_pdf", 1),
     ("dp", 1),
     ("dd", 1),
+)
+
+# Media that contain a point -----------------------------------------------------------------------------------------
+
+MAX_MEDIA = 8
+MAX_PHASES = 6
+PHASE = 5  # float64 words of a phase function: kind (PHASE_* of kernels.media.phase), weight, three parameters
+
+MEDIUM = _record(
+    "instance",
+    "material",
+    "priority",
+    "n_phases",
+    ("sigma_t", 3),  # extinction and scattering, 1 by scene unit
+    ("sigma_s", 3),
+    ("emission", 3),  # radiance by scene unit
+    ("phases", MAX_PHASES * PHASE),
+)
+
+MEDIA = _record(  # followed by MEDIUM [MAX_MEDIA]
+    "count",
+    "top",  # highest priority of the media; those that have it add up to:
+    ("sigma_t", 3),
+    ("sigma_s", 3),
+    ("emission", 3),
+)
+
+SHADOW = _record(  # a shadow ray through media
+    ("o", 3),
+    ("d", 3),
+    ("tmax", 1),
+    ("transmittance", 3),
 )
 
 mesh_at = record_at(MESH)
@@ -468,6 +509,9 @@ emitter_group_at = record_at(EMITTER_GROUP)
 world_table_at = record_at(WORLD_TABLE)
 path_at = record_at(PATH)
 camera_at = record_at(CAMERA)
+medium_at = record_at(MEDIUM)
+media_at = record_at(MEDIA)
+shadow_at = record_at(SHADOW)
 integrator_at = record_at(INTEGRATOR)
 film_at = record_at(FILM)
 
@@ -484,4 +528,7 @@ SCRATCH_SHADOW_CLOSURES = SCRATCH_CLOSURES + MAX_CLOSURES * CLOSURE.itemsize
 SCRATCH_REGISTERS = SCRATCH_SHADOW_CLOSURES + MAX_CLOSURES * CLOSURE.itemsize
 SCRATCH_SHADOW_REGISTERS = SCRATCH_REGISTERS + 8 * MAX_REGISTERS
 SCRATCH_SCATTER = SCRATCH_SHADOW_REGISTERS + 8 * MAX_REGISTERS  # what subsurface scattering keeps
-SCRATCH_BYTES = SCRATCH_SCATTER + 32768
+SCRATCH_MEDIA = SCRATCH_SCATTER + 32768  # MEDIA of the path's point, and of the shadow ray's
+SCRATCH_SHADOW_MEDIA = SCRATCH_MEDIA + MEDIA.itemsize + MAX_MEDIA * MEDIUM.itemsize
+SCRATCH_SHADOW = SCRATCH_SHADOW_MEDIA + MEDIA.itemsize + MAX_MEDIA * MEDIUM.itemsize
+SCRATCH_BYTES = SCRATCH_SHADOW + 256

@@ -6,7 +6,9 @@ from . import opcodes as ops
 from .jit import Entry, device, entry, inlined
 from .lobes.closure import LOBE_LAMBERT, add_closure
 from .lobes.entries import BSDF_ENTRIES, FIRST, makes_lobes
+from .media.program import medium_op
 from .memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
+from .opcodes import VOLUME_SCATTER
 from .records import MATERIAL_LAMBERT, RAY_NO_LOBES, RAY_SHADOW, material_at, scene_at, shading_point_at
 from .textures import texture_op
 from .vec import normalize, put, store3_f64, vec
@@ -107,13 +109,12 @@ def _start(scene, sp, material):
 
 
 @device
-def _run_program(scene, sp):
+def _run_program(scene, sp, at):
     material = material_at(scene.materials, sp.material)
     _start(scene, sp, material)
-    if material.code < 0:
+    if at < 0:
         return
     registers, code, entries = sp.registers, scene.code, scene.shader_entries
-    at = material.code
     op = load_i32(code, at)
     while op != ops.END:
         first = at + 2
@@ -132,8 +133,8 @@ def _run_program(scene, sp):
             _arithmetic_op(op, registers, code, first)
         elif op >= 100 and op < 200:
             texture_op(op, scene, sp, registers, code, first)
-        elif op < FIRST or makes_lobes(op, sp):
-            family = op // 20 if op < FIRST else _BSDFS + op - FIRST
+        elif op < FIRST or op >= VOLUME_SCATTER or makes_lobes(op, sp):
+            family = op // 20 if op < FIRST else (_BSDFS + op - FIRST if op < VOLUME_SCATTER else _MEDIA)
             call_entry(load_i64(entries, family), record_address(scene), record_address(sp), op, registers, first)
         op = load_i32(code, at)
 
@@ -150,17 +151,25 @@ def shader_eval(scene, sp):
         if sp.ray_flags & RAY_NO_LOBES == 0:
             add_closure(sp, LOBE_LAMBERT, vec(material.lambert), vec(sp.n))
         return
-    call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), 0, 0, 0)
+    call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), material.code, 0, 0)
 
 
-# Places in the table of entries: the program, four families of twenty opcodes each, one for each BSDF node. An entry
-# is compiled once, on its own, when a scene first needs it, so that the kernels that run programs stay small.
+@device
+def medium_eval(scene, sp):
+    """Run the program of the medium behind sp.material: see kernels.media.program for what it leaves in sp."""
+    start = material_at(scene.materials, sp.material).medium
+    call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), start, 0, 0)
+
+
+# Places in the table of entries: the program, four families of twenty opcodes each, one for each BSDF node, media. An
+# entry is compiled once, on its own, when a scene first needs it, so that the kernels that run programs stay small.
 _PROGRAM, _BSDFS = 0, 5
+_MEDIA = _BSDFS + len(BSDF_ENTRIES)
 
 
 @entry
-def _program(scene, sp, op, registers, at):
-    _run_program(scene_at(scene, 0), shading_point_at(sp, 0))
+def _program(scene, sp, start, _registers, _at):
+    _run_program(scene_at(scene, 0), shading_point_at(sp, 0), start)
 
 
 @entry
@@ -186,7 +195,12 @@ def _normals(scene, sp, op, registers, at):
     bump_op(op, scene, shading_point_at(sp, 0), registers, scene.code, at)
 
 
-_ENTRIES: tuple[Entry, ...] = (_program, _maths, _colors, _inputs, _normals, *BSDF_ENTRIES)
+@entry
+def _media(scene, sp, op, registers, at):
+    medium_op(op, shading_point_at(sp, 0), registers, scene_at(scene, 0).code, at)
+
+
+_ENTRIES: tuple[Entry, ...] = (_program, _maths, _colors, _inputs, _normals, *BSDF_ENTRIES, _media)
 
 
 def opcodes_in(code: np.ndarray) -> set[int]:
@@ -202,7 +216,9 @@ def shader_entries(code: np.ndarray) -> np.ndarray:
     """Addresses of what runs these programs, compiled where it is not yet; 0 for what no instruction needs."""
     used = {_PROGRAM}
     for op in opcodes_in(code):
-        if op >= FIRST:
+        if op >= VOLUME_SCATTER:
+            used.add(_MEDIA)
+        elif op >= FIRST:
             used.add(_BSDFS + op - FIRST)
         elif 20 <= op < 100:
             used.add(op // 20)

@@ -3,12 +3,14 @@
 from .interaction import shadow_origin, surface_point
 from .intersect import intersect, occluded
 from .jit import device, inlined
+from .media.calls import media_transmittance
 from .path_state import FAR, inherit, next_after
 from .records import (
     RAY_CAMERA,
     RAY_SHADOW,
     RAY_SHADOW_OPAQUE,
     RAY_SHADOW_TRANSPARENT,
+    SCENE_HAS_MEDIA,
     SCENE_HAS_TRANSPARENT,
     SCRATCH_SHADOW_CLOSURES,
     SCRATCH_SHADOW_POINT,
@@ -21,8 +23,11 @@ from .vec import length, max3, mul, scale, sub, vec
 
 @inlined
 def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
-    """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque."""
-    o = shadow_origin(scene, sp, wi)
+    """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque.
+
+    sp is a point of a surface, or one where a medium scatters (instance -1).
+    """
+    o = shadow_origin(scene, sp, wi) if sp.instance >= 0 else vec(sp.p)
     d = wi
     tmax = FAR
     if distance < FAR:
@@ -32,6 +37,8 @@ def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
         tmax *= 1.0 - 2.0e-5
     if occluded(scene, scratch, o, d, tmax, RAY_SHADOW_OPAQUE):
         return (0.0, 0.0, 0.0)
+    if scene.flags & SCENE_HAS_MEDIA:
+        return media_transmittance(scene, integrator, scratch, sp, o, d, tmax)
     if scene.flags & SCENE_HAS_TRANSPARENT:
         return transparent_shadow(scene, integrator, scratch, path, o, d, tmax)
     return (1.0, 1.0, 1.0)

@@ -42,6 +42,14 @@ class Camera:
         """Width and height of the rendered region."""
         return self.region[2:] if self.region else (self.width, self.height)
 
+    def origins(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner, (3,) each, of a box that contains the origins of all rays."""
+        corner = math.hypot(max(map(abs, self.screen[:2])), max(map(abs, self.screen[2:])))
+        reach = self.clip_start * math.hypot(1.0, corner if self.kind == "PERSP" else 0.0)
+        reach += (corner if self.kind == "ORTHO" else 0.0) + self.aperture / min(max(self.aperture_ratio, 1e-6), 1.0)
+        center = np.array(self.to_world, np.float64)[:3, 3]
+        return center - reach, center + reach
+
     def record(self) -> np.void:
         """The CAMERA record."""
         to_world = np.array(self.to_world, np.float64)[:3]

@@ -77,6 +77,7 @@ class Scene:
         scatters = np.zeros(len(self.meshes), bool)
         scatters[instances["mesh"][self._have_flag(rec.MATERIAL_SUBSURFACE)]] = True
         record["flags"] |= rec.SCENE_HAS_SUBSURFACE if scatters.any() else 0
+        record["flags"] |= rec.SCENE_HAS_MEDIA if self._have_flag(rec.MATERIAL_MEDIUM).any() else 0
         self._bottom = {
             id(mesh): self._bottom.get(id(mesh)) or (mesh, MeshScene(mesh.vertices, mesh.triangles))
             for mesh, own in zip(self.meshes, (users > 1) | scatters & (users > 0), strict=True)
@@ -113,12 +114,29 @@ class Scene:
 
     def _instance_masks(self) -> np.ndarray:
         """Embree masks: visibility, with shadow rays told apart by whether a material lets them through."""
-        transparent = self._have_flag(rec.MATERIAL_TRANSPARENT)
+        transparent = self._have_flag(rec.MATERIAL_TRANSPARENT | self._hideable())
         self._record[0]["flags"] = rec.SCENE_HAS_TRANSPARENT if transparent.any() else 0
         visibility = self.instances["visibility"] & rec.RAY_ALL
         shadow = (visibility & rec.RAY_SHADOW) != 0
         shadow_bits = np.where(transparent, rec.RAY_SHADOW_TRANSPARENT, rec.RAY_SHADOW_OPAQUE)
         return (visibility & ~rec.RAY_SHADOW) | np.where(shadow, shadow_bits, 0)
+
+    def _hideable(self) -> int:
+        """MATERIAL_MEDIUM where media differ in priority: shadow rays inside one pass boundaries of others."""
+        materials = self.shaders.materials
+        priorities = materials["medium_priority"][(materials["flags"] & rec.MATERIAL_MEDIUM) != 0]
+        return rec.MATERIAL_MEDIUM if len(np.unique(priorities)) > 1 else 0
+
+    def camera_may_be_in_media(self) -> bool:
+        """Whether camera rays may start inside a mesh with a medium, by the meshes' bounding boxes."""
+        inside = self._have_flag(rec.MATERIAL_MEDIUM)
+        low, high = self.camera.origins()
+        for instance in self.instances[inside]:
+            points = self.meshes[instance["mesh"]].vertices @ instance["to_world"].reshape(3, 4)[:, :3].T
+            points = points + instance["to_world"].reshape(3, 4)[:, 3]
+            if len(points) and np.all(points.min(0) <= high) and np.all(points.max(0) >= low):
+                return True
+        return False
 
     def _have_flag(self, flag: int) -> np.ndarray:
         """Which instances have a material with one of these MATERIAL_* bits, bool (n_instances,)."""

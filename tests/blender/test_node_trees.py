@@ -223,7 +223,7 @@ def test_flags_and_estimate_of_emission():
     assert not black.flags & rec.MATERIAL_EMITS
 
 
-def test_a_volume_without_surface_is_transparent():
+def test_a_volume_without_surface_is_the_boundary_of_a_medium():
     material = bpy.data.materials.new("Fog")
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
@@ -233,7 +233,8 @@ def test_a_volume_without_surface_is_transparent():
     tree.links.new(add_node(tree, "ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
     scene = Scene()
     program = scene.shaders[Materials(scene).index(material)]
-    assert program.flags == rec.MATERIAL_TRANSPARENT and len(scene.warnings) == 1
+    assert program.flags == rec.MATERIAL_TRANSPARENT | rec.MATERIAL_MEDIUM | rec.MATERIAL_BOUNDARY
+    assert program.medium > 0 and not len(scene.warnings)
 
 
 def test_a_tree_that_defeats_a_converter_is_rendered_plain(monkeypatch):

@@ -27,6 +27,7 @@ SHARED = (
     ("diffuse_bounces", "diffuse_bounces", 8),
     ("glossy_bounces", "glossy_bounces", 8),
     ("transmission_bounces", "transmission_bounces", 8),
+    ("volume_bounces", "volume_bounces", 0),
     ("transparent_bounces", "transparent_max_bounces", 8),
     ("min_bounces", "min_light_bounces", 0),
     ("clamp_direct", "sample_clamp_direct", 0.0),

@@ -1,6 +1,18 @@
 """Shader trees to programs. Importing this package registers every converter."""
 
-from . import bump, closures, color, converters, generic, images, inputs, sky, textures
+from . import bump, closures, color, converters, generic, images, inputs, sky, textures, volumes
 from .compiler import Compiler
 
-__all__ = ["Compiler", "bump", "closures", "color", "converters", "generic", "images", "inputs", "sky", "textures"]
+__all__ = [
+    "Compiler",
+    "bump",
+    "closures",
+    "color",
+    "converters",
+    "generic",
+    "images",
+    "inputs",
+    "sky",
+    "textures",
+    "volumes",
+]

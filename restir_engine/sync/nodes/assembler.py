@@ -60,14 +60,23 @@ class Assembler:
         """What tells apart the values that temporary registers belong to."""
         return self._blocks[register - TEMPORARY]
 
-    def finish(self, shadow: list[list[int]] | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """(code, constants) of the program, empty when it does nothing. Shadow rays run `shadow` when it is given."""
-        if not self.instructions:
-            return np.zeros(0, np.int32), np.zeros(0)
+    def finish(
+        self, shadow: list[list[int]] | None = None, medium: list[list[int]] | None = None
+    ) -> tuple[np.ndarray, np.ndarray, int]:
+        """(code, constants, start of `medium` in the code or -1) of the program, empty when it does nothing.
+
+        Shadow rays run `shadow` when it is given.
+        """
+        if not self.instructions and not medium:
+            return np.zeros(0, np.int32), np.zeros(0), -1
         words = self._words(self.instructions)
         if shadow is not None:
             words = [ops.JUMP_SHADOW, 1, len(words), *words, *self._words(shadow)]
-        return np.array(words, np.int32), np.array(self._constants)
+        start = -1
+        if medium:
+            start = len(words)
+            words += self._words(medium)
+        return np.array(words, np.int32), np.array(self._constants), start
 
     def _words(self, instructions: list[list[int]]) -> list[int]:
         """Machine words of instructions and the end."""

@@ -10,12 +10,13 @@ import numpy as np
 from ...kernels import opcodes as ops
 from ...kernels import records as rec
 from ...kernels.lobes.nodes import TRANSPARENT
+from ...scene.names import split_object_property
 from ...scene.shaders import Program
 from .assembler import TooManyRegisters
 from .bump import displaced_normal
 from .fallback import unsupported_closure
 from .prune import shadow_instructions
-from .registry import CLOSURES
+from .registry import CLOSURES, VOLUMES
 from .sockets import COLOR, SHADER, find_socket
 from .subsurface import Subsurface, emit_medium
 from .values import ValueCompiler
@@ -38,6 +39,8 @@ class Compiler(ValueCompiler):
         self.flags = 0
         self.emission_estimate = np.zeros(3)
         self.one = self.constant((1.0, 1.0, 1.0))
+        self._converters = CLOSURES  # or VOLUMES
+        self._medium: list[list[int]] = []  # instructions of the medium inside
         self._weight = self.one  # of the closure that is being compiled
         self._estimates: dict[int, float] = {self.one: 1.0}
 
@@ -66,16 +69,18 @@ class Compiler(ValueCompiler):
         shadow = None
         if self.flags & rec.MATERIAL_TRANSPARENT:
             shadow = shadow_instructions(self) if self.transparent_shadows else []
-        code, constants = self.finish(shadow)
-        return Program(code, constants, flags=self.flags, emission_estimate=tuple(self.emission_estimate))
+        code, constants, medium = self.finish(shadow, self._medium)
+        return Program(
+            code, constants, flags=self.flags, emission_estimate=tuple(self.emission_estimate), medium=medium
+        )
 
     def _surface(self, output: bpy.types.Node) -> None:
         self._nodes.append(output)
         if self.is_linked(output, "Volume"):
-            self.warn("volumes are not rendered")
-            if self.kind == "Material" and not self.is_linked(output, "Surface"):
-                self.lets_light_through()
-                self.emit(TRANSPARENT, self.one, self.one)
+            if self.kind == "Material":
+                self._volume(output)
+            else:
+                self.warn("volumes are not rendered")
         if self.is_linked(output, "Displacement"):
             if self.displaces:
                 self.warn("displacement is rendered as bump")
@@ -89,6 +94,20 @@ class Compiler(ValueCompiler):
         if self.is_linked(output, "Displacement") and self.flags & rec.MATERIAL_SUBSURFACE:
             self.flags |= rec.MATERIAL_BUMPED_EXIT
         self._nodes.pop()
+
+    def _volume(self, output: bpy.types.Node) -> None:
+        """Compile the tree of the Volume socket; without a surface, the mesh is the invisible boundary of a medium."""
+        if not self.is_linked(output, "Surface"):
+            self.lets_light_through()
+            self.flags |= rec.MATERIAL_BOUNDARY
+            self.emit(TRANSPARENT, self.one, self.one)
+        surface, self.instructions = self.instructions, []
+        self._converters = VOLUMES
+        self.closure(output, "Volume", self.one)
+        self._converters = CLOSURES
+        self.set_medium(self.instructions)
+        self.instructions = surface
+        self._cache.clear()
 
     # What converters of closures call ---------------------------------------------------------------------------
 
@@ -124,6 +143,21 @@ class Compiler(ValueCompiler):
         radiance = [np.array(values) if values is not None else np.ones(1) for values in known[1:]]
         self.emission_estimate += share * np.maximum(radiance[0] * radiance[1], 0.0)
 
+    def set_medium(self, instructions: list[list[int]]) -> None:
+        """Make these the program of the medium inside; warns where it would vary in space."""
+        self._medium = instructions
+        self.flags |= rec.MATERIAL_MEDIUM
+        if any(self._varies_in_space(instruction) for instruction in instructions):
+            self.warn("a volume that varies in space is rendered with its values where light enters")
+
+    def _varies_in_space(self, instruction: list[int]) -> bool:
+        """Whether what an instruction computes depends on the point: textures, and most of what is read from it."""
+        opcode = instruction[0]
+        if opcode == ops.ATTRIBUTE:
+            name = list(self.scene.attribute_names)[instruction[2]]
+            return split_object_property(name) is None
+        return opcode in (ops.GEOMETRY, ops.WIREFRAME) or 80 <= opcode < 200
+
     def lets_light_through(self) -> None:
         """Note that shadow rays may pass."""
         self.flags |= rec.MATERIAL_TRANSPARENT
@@ -148,7 +182,8 @@ class Compiler(ValueCompiler):
             found = self._output(node, socket)
             if found is not None:
                 color, strength = self._convert(*found, COLOR), self.constant(1.0)
-                self.emits(weight, color, strength)
+                if self._converters is CLOSURES:
+                    self.emits(weight, color, strength)
                 self.emit(ops.EMISSION, weight, color, strength)
             return
         inner = self._enter_or_leave(node, socket)
@@ -168,7 +203,11 @@ class Compiler(ValueCompiler):
         self._active.add(key)
         self._nodes.append(node)
         before, self._weight = self._weight, weight
-        CLOSURES.get(node.bl_idname, unsupported_closure)(self, node, weight)
+        converter = self._converters.get(node.bl_idname)
+        if converter is not None:
+            converter(self, node, weight)
+        elif self._converters is CLOSURES:  # in volumes, shaders of surfaces are nothing to Cycles either
+            unsupported_closure(self, node, weight)
         self._weight = before
         self._nodes.pop()
         self._active.discard(key)

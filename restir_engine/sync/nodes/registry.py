@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 NODES: dict[str, Callable] = {}
 CLOSURES: dict[str, Callable] = {}
+VOLUMES: dict[str, Callable] = {}
 UNLINKED: dict[str, Callable] = {}
 
 
@@ -29,6 +30,16 @@ def closure(*identifiers: str) -> Callable:
 
     def register(function: Callable) -> Callable:
         CLOSURES.update(dict.fromkeys(identifiers, function))
+        return function
+
+    return register
+
+
+def volume(*identifiers: str) -> Callable:
+    """Register the decorated function as the closure converter of these node types in trees of the Volume socket."""
+
+    def register(function: Callable) -> Callable:
+        VOLUMES.update(dict.fromkeys(identifiers, function))
         return function
 
     return register
