@@ -11,6 +11,12 @@ from pathlib import Path
 import bpy
 from mathutils import Vector, noise
 
+
+def subsurface(weight: float, radius: tuple[float, float, float], scale: float) -> dict:
+    """Inputs of Principled: the share of light that goes below the surface, and its mean free paths in metres."""
+    return {"Subsurface Weight": weight, "Subsurface Radius": radius, "Subsurface Scale": scale}
+
+
 # Materials: inputs of Principled by name, and what varies over the surface: a pattern (see `PATTERNS`) with the
 # colours it runs through, its scale by axis, and the strength of the bump it gives.
 # fmt: off
@@ -30,14 +36,15 @@ MATERIALS = {
                 ("cloud", ["3f6f68", "6b9a8c", "8db7a5", "55857a"], (9.0, 9.0, 14.0), 0.02)),
     "Lacquer": ({"Base Color": "8c0b0b", "Roughness": 0.45, "Coat Weight": 1.0, "Coat Roughness": 0.02,
                  "Coat IOR": 1.6}, None),
-    "Orange": ({"Roughness": 0.38, "Specular IOR Level": 0.6},
+    "Orange": ({"Roughness": 0.38, "Specular IOR Level": 0.6, **subsurface(0.6, (1.0, 0.4, 0.08), 0.004)},
                ("peel", ["de6209", "e8740c", "ec7c12", "e46c0a"], (260.0, 260.0, 260.0), 0.22)),
-    "Pear": ({"Roughness": 0.36, "Coat Weight": 0.3, "Coat Roughness": 0.2},
+    "Pear": ({"Roughness": 0.36, "Coat Weight": 0.3, "Coat Roughness": 0.2, **subsurface(0.7, (1.0, 0.8, 0.3), 0.004)},
              ("cloud", ["7c8a1e", "b3a52c", "c8a838", "a8682a"], (26.0, 26.0, 9.0), 0.05)),
-    "Grape": ({"Coat Weight": 0.6, "Coat Roughness": 0.12, "Roughness": 0.5},
+    "Grape": ({"Coat Weight": 0.6, "Coat Roughness": 0.12, "Roughness": 0.5, **subsurface(0.8, (1.0, 0.3, 0.5), 0.005)},
               ("cloud", ["1a0a24", "2c1038", "4a2e62", "6a5a86"], (60.0, 60.0, 60.0), 0.0)),
     "Stem": ({"Base Color": "3a2412", "Roughness": 0.8}, None),
-    "Wax": ({"Base Color": "efe3c8", "Roughness": 0.4, "Coat Weight": 0.2}, None),
+    "Wax": ({"Base Color": "efe3c8", "Roughness": 0.4, "Coat Weight": 0.2,
+             **subsurface(1.0, (1.0, 0.6, 0.3), 0.012)}, None),
     "Leather": ({"Roughness": 0.45, "Coat Weight": 0.15, "Coat Roughness": 0.3},
                 ("peel", ["0c1f22", "12302f", "183c38", "0c2625"], (190.0, 190.0, 190.0), 0.35)),
     "Paper": ({"Roughness": 0.9}, ("fine", ["b8a47c", "d8c8a2", "e6d9b8", "c8b68c"], (2.0, 2.0, 900.0), 0.3)),
