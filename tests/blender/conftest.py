@@ -8,6 +8,7 @@ bpy = pytest.importorskip("bpy")
 
 from restir_engine import engine  # noqa: E402
 
+engine.register()  # also for tests that only read a scene: materials have settings of ours
 atexit.register(engine.unregister)  # bpy 4.5 can hang at exit while classes are registered
 
 
