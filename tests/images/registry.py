@@ -25,7 +25,7 @@ SCENES: dict[str, Scene] = {}
 
 
 def scene(group: int, samples: int = 96, size: tuple[int, int] = (96, 54), **settings):
-    """Register a function that builds a scene; `settings` replace parity settings by our name of them."""
+    """Register a function that builds a scene; `settings` replace parity settings by our name, or are ours alone."""
 
     def register(build: Callable[[], None]) -> Callable[[], None]:
         SCENES[build.__name__] = Scene(build.__name__, build, group, samples, size, settings)

@@ -74,6 +74,7 @@ def prepare(item: Scene) -> None:
         value = item.settings.get(ours, value)
         setattr(scene.cycles, theirs, value)
         setattr(scene.restir, ours, value)
+    kit.assign(scene.restir, {name: value for name, value in item.settings.items() if hasattr(scene.restir, name)})
     scene.restir.is_initialized = True
     item.build()
 

@@ -16,6 +16,7 @@ RADIUS_OF_LENGTH = {
     "RANDOM_WALK": 1.0 if NEW else 4.0 * math.pi,
     "RANDOM_WALK_LEGACY": 4.0 * math.pi,
     "RANDOM_WALK_SKIN": 4.0 * math.pi,
+    "BURLEY": 4.0 * math.pi,
 }
 METHODS = ("RANDOM_WALK", "RANDOM_WALK_SKIN", *(("RANDOM_WALK_LEGACY",) if NEW else ()))
 SKIN, JADE, RED = (0.8, 0.5, 0.35), (0.3, 0.7, 0.4), (1.0, 0.35, 0.2)
@@ -68,6 +69,11 @@ def subsurface_anisotropic():
 def subsurface_backward():
     """Backward scattering, which Blender before 5.2 takes for none."""
     show([skin(0.05, JADE, method, Subsurface_Anisotropy=-0.5) for method in METHODS])
+
+
+@scene(3, 192, cycles_burley_kernel=True)
+def subsurface_burley():
+    show([skin(0.02, method="BURLEY"), skin(0.1, JADE, "BURLEY"), skin(0.4, method="BURLEY")])
 
 
 @scene(3, 128)
