@@ -32,6 +32,7 @@ class RenderSettings:
     caustics_refractive: bool = True
     sss_method: str = "FROM_MATERIAL"  # FROM_MATERIAL, RANDOM_WALK, HYBRID, DIFFUSION
     cycles_burley_kernel: bool = False
+    exact_walks: bool = False
     sss_max_scatters: int = 0  # scattering events that a random walk may have; 0: unlimited, -1: none
     sss_after_diffuse: str = "BURLEY_DIFFUSE"  # ALWAYS, BURLEY_DIFFUSE, DIFFUSE: which methods are diffuse from then on
     pixel_filter: str = "BLACKMAN_HARRIS"  # BOX, GAUSSIAN, BLACKMAN_HARRIS

@@ -79,6 +79,7 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
         own, column = context.scene.restir, self.column()
         column.prop(own, "sss_method")
         column.prop(own, "cycles_burley_kernel")
+        column.prop(own, "exact_walks")
         column.prop(own, "sss_after_diffuse")
         column.prop(own, "sss_max_scatters")
 

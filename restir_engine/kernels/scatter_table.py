@@ -10,3 +10,4 @@ SIZE = 6
 # Bits of FLAGS.
 CYCLES_BURLEY = 1  # BURLEY with the kernel that Cycles integrates
 ANALOG_ESCAPE = 2  # HYBRID's scattered light leaves or not by chance, rather than with its transmittance
+EXACT_WALKS = 4  # random walks without Cycles' approximations, see medium.walk

@@ -32,6 +32,7 @@ from restir_engine.kernels.records import (
     shading_point_at,
 )
 from restir_engine.kernels.scatter import scatter, scatter_entries
+from restir_engine.kernels.scatter_table import EXACT_WALKS
 from restir_engine.kernels.vec import load3_f64, neg, put, store3_f64, vec
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
@@ -127,16 +128,18 @@ class Body:
         self.scene.material_slots = np.array([material], np.int32)
         self.scene.commit()
         self.table = np.zeros(rec.FILTER_TABLE_SIZE, np.float32)
-        self.scatter = scatter_entries(self.scene.record["flags"])
 
-    def walks(self, medium: np.ndarray, starts, n: int, events: int = UNLIMITED, key: int = 1) -> np.ndarray:
+    def walks(
+        self, medium: np.ndarray, starts, n: int, events: int = UNLIMITED, exact: bool = True, key: int = 1
+    ) -> np.ndarray:
         """n walks (n, 10): throughput, position and normal of the exit, its triangle; throughput 0 where lost.
 
         starts: rows of triangle, u, v, direction of view; one row is used for all.
         """
         starts = np.ascontiguousarray(np.broadcast_to(np.asarray(starts, float), (n, 6)))
         integrator = integrator_record(RenderSettings(), self.table)
-        integrator["scatter"] = address(self.scatter)
+        table = scatter_entries(self.scene.record["flags"], options=EXACT_WALKS if exact else 0)
+        integrator["scatter"] = address(table)
         integrator["max_scatters"] = events
         film = np.zeros(1, FILM)
         out = np.zeros((n, 10))

@@ -6,9 +6,9 @@ traced; directions and distances are the world's, so that any transform is right
 
 Each segment is sampled by one of up to nine techniques, {classic, guided outwards, guided to the far side} × channels,
 and weighted by the balance heuristic over all of them (`_segment_weight`). Constants are Cycles' (Chiang, Kutz and
-Burley 2016; Wrenninge, Villemin and Hery 2017), as are two approximations: after the ninth scattering the phase
-function is isotropic with σ_s (1 - g) in the place of σ_s, and a walk of more than 256 segments is lost unless a limit
-of scattering events is asked for.
+Burley 2016; Wrenninge, Villemin and Hery 2017). So are three approximations, unless EXACT_WALKS is set: after the ninth
+scattering the phase function is isotropic with σ_s (1 - g) in the place of σ_s; a walk of more than 256 segments is
+lost; an α below 0.2 is taken for 0.2 and dimmed by their ratio.
 """
 
 import math
@@ -17,6 +17,7 @@ from .. import rng
 from ..jit import device, entry, inlined
 from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_COLOR, P_SIGMA_T
 from ..local import hit_barycentrics, hit_distance, trace
+from ..memory import load_i64
 from ..path_state import DIM_DIRECTION, DIMENSIONS, FAR, LEAVES, mark_scattered, next_after
 from ..records import (
     SCRATCH_PATH,
@@ -31,13 +32,15 @@ from ..records import (
     scene_at,
     shading_point_at,
 )
+from ..scatter_table import EXACT_WALKS, FLAGS
 from ..vec import dot, madd, max3, put, transform_point, transform_vector, vec
 from .dwivedi import backward_fraction, diffusion_length, dwivedi_cosine, dwivedi_norm, dwivedi_pdf
 from .entry import entry_direction
 from .exit import leave
 from .phase import around, hg, hg_sample
 
-MAX_SEGMENTS = 256  # unless the number of scattering events is limited otherwise
+MAX_SEGMENTS = 256
+MAX_SEGMENTS_EXACT = 65536  # 0.2 % of the light of a white half space have not come out by then
 FAITHFUL_SEGMENTS = 10  # before similarity takes over
 GUIDED_LATER = 0.75  # guided fraction from there on
 MIN_ALBEDO = 0.2  # below it Dwivedi's distribution is all but singular
@@ -52,16 +55,19 @@ def _guided_fraction(g):
 
 
 @device
-def _channel(c, throughput, k):
-    """(throughput, σ_t, α) of channel k when the walk starts; throughput 0 when nothing can come of it."""
+def _channel(c, throughput, k, floor):
+    """(throughput, σ_t, α) of channel k when the walk starts; throughput 0 when nothing can come of it.
+
+    floor: the smallest α that is walked, what is below is dimmed.
+    """
     color = c.p[P_COLOR + k]
     sigma_t = c.p[P_SIGMA_T + k]
     alpha = c.p[P_ALBEDO + k]
     weight = throughput / color if color > 0.0 else 0.0
     if not (weight > 0.0 and sigma_t > 0.0 and sigma_t < math.inf and alpha > 0.0):
         return 0.0, 1.0, 1.0
-    if alpha < MIN_ALBEDO:
-        return weight * alpha / MIN_ALBEDO, sigma_t, MIN_ALBEDO
+    if alpha < floor:
+        return weight * alpha / floor, sigma_t, floor
     return weight, sigma_t, min(alpha, 1.0)
 
 
@@ -173,7 +179,7 @@ def _segment(n, d, g, nu, norm, guided, share, u0, u1, u2):
 
 
 @device
-def walk(scene, scratch, sp, path, d, segments):
+def walk(scene, scratch, sp, path, d, segments, exact):
     """Walk from `sp` along d (unit, world space) through the medium of its closure `scatterer`.
 
     Returns (primitive, d, throughput, events): the triangle where the walk leaves (-1: it does not), the direction of
@@ -183,16 +189,17 @@ def walk(scene, scratch, sp, path, d, segments):
     c = closure_at(sp.closures, sp.scatterer)
     placed = instance_at(scene.instances, sp.instance)
     structure = mesh_at(scene.meshes, placed.mesh).embree
-    w0, s0, a0 = _channel(c, path.throughput[0], 0)
-    w1, s1, a1 = _channel(c, path.throughput[1], 1)
-    w2, s2, a2 = _channel(c, path.throughput[2], 2)
+    floor = 0.0 if exact else MIN_ALBEDO
+    w0, s0, a0 = _channel(c, path.throughput[0], 0, floor)
+    w1, s1, a1 = _channel(c, path.throughput[1], 1, floor)
+    w2, s2, a2 = _channel(c, path.throughput[2], 2, floor)
     throughput = (w0, w1, w2)
     if structure == 0 or not max3(throughput) > 0.0:
         return -1, d, throughput, 0
     sigma_t, alpha = (s0, s1, s2), (a0, a1, a2)
     g = c.p[P_ANISOTROPY]
     guided = _guided_fraction(g)
-    nu = diffusion_length(_largest(throughput, alpha))
+    nu = diffusion_length(max(_largest(throughput, alpha), MIN_ALBEDO))
     norm = dwivedi_norm(nu)
     thinnest = _smallest(throughput, sigma_t)
 
@@ -219,14 +226,14 @@ def walk(scene, scratch, sp, path, d, segments):
         if max3(throughput) < NEGLIGIBLE:
             break
         o = madd(o, d_object, t)
-        if segment == FAITHFUL_SEGMENTS:
+        if segment == FAITHFUL_SEGMENTS and not exact:
             s0, a0 = _similar(s0, a0, g)
             s1, a1 = _similar(s1, a1, g)
             s2, a2 = _similar(s2, a2, g)
             sigma_t, alpha = (s0, s1, s2), (a0, a1, a2)
             g = 0.0
             guided = GUIDED_LATER
-            nu = diffusion_length(_largest(throughput, alpha))
+            nu = diffusion_length(max(_largest(throughput, alpha), MIN_ALBEDO))
             norm = dwivedi_norm(nu)
         if thickness >= 0.0:
             share = backward_fraction(min(max(depth, 0.0), thickness), thickness, nu)
@@ -251,7 +258,11 @@ def walk(scene, scratch, sp, path, d, segments):
 def random_walk(scene, integrator, film, scratch, _):
     """The method of kernels.scatter for media."""
     scene = scene_at(scene, 0)
-    events = integrator_at(integrator, 0).max_scatters
+    integrator = integrator_at(integrator, 0)
+    exact = load_i64(integrator.scatter, FLAGS) & EXACT_WALKS != 0
+    segments = MAX_SEGMENTS_EXACT if exact else MAX_SEGMENTS
+    if integrator.max_scatters >= 0:
+        segments = min(segments, integrator.max_scatters + 1)
     path = path_at(scratch + SCRATCH_PATH, 0)
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
     u0, u1 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
@@ -259,8 +270,7 @@ def random_walk(scene, integrator, film, scratch, _):
     enters, d = entry_direction(sp, closure_at(sp.closures, sp.scatterer), u0, u1)
     if not enters:
         return
-    segments = MAX_SEGMENTS if events < 0 else events + 1
-    primitive, d, throughput, scattered = walk(scene, scratch, sp, path, d, segments)
+    primitive, d, throughput, scattered = walk(scene, scratch, sp, path, d, segments, exact)
     if primitive < 0 or not max3(throughput) > 0.0:
         return
     ray = scratch + SCRATCH_RAY
