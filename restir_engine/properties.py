@@ -130,6 +130,12 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
             ),
             ("RANDOM_WALK", "Random Walk", "Right for every shape and length, and the slowest"),
             (
+                "HYBRID",
+                "Hybrid",
+                "Light that passes straight through or scatters once is traced, what scatters more often is diffusion: "
+                "faster than random walks, and all but as they are where objects are thick or plates",
+            ),
+            (
                 "DIFFUSION",
                 "Diffusion",
                 "By the distance of two surface points alone: light through thin parts is not as it should be "
@@ -150,6 +156,18 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         "darker at an albedo of 0.93), that they scatter evenly after the ninth (up to 3.5 % brighter at an anisotropy "
         "of 0.8), and those for colors below 0.05 (7 % brighter at 0.02). Slower where colors are almost white",
         default=DEFAULTS.exact_walks,
+    )
+    sss_thickness_aware: BoolProperty(
+        name="Thickness",
+        description="Hybrid's diffusion knows how thick the object is. Off is the published method, by which plates "
+        "half a mean free path thick are 38 % too bright under even light",
+        default=DEFAULTS.sss_thickness_aware,
+    )
+    sss_analog_escape: BoolProperty(
+        name="Short Rays",
+        description="Hybrid lets light that scattered once get out by chance, which takes shorter rays and is noisier; "
+        "the mean is the same",
+        default=DEFAULTS.sss_analog_escape,
     )
     sss_after_diffuse: EnumProperty(
         name="After Diffuse",

@@ -78,6 +78,10 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         own, column = context.scene.restir, self.column()
         column.prop(own, "sss_method")
+        hybrid = column.column()
+        hybrid.active = own.sss_method == "HYBRID"
+        hybrid.prop(own, "sss_thickness_aware")
+        hybrid.prop(own, "sss_analog_escape")
         column.prop(own, "cycles_burley_kernel")
         column.prop(own, "exact_walks")
         column.prop(own, "sss_after_diffuse")

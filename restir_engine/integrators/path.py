@@ -68,7 +68,7 @@ from ..kernels.records import (
     shading_point_at,
 )
 from ..kernels.scatter import scatter, scatter_entries
-from ..kernels.scatter_table import CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS
+from ..kernels.scatter_table import ANALOG_ESCAPE, CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS, THICKNESS_AWARE
 from ..kernels.shader_vm import shader_eval
 from ..kernels.surface_passes import data_passes, feature_passes
 from ..kernels.vec import average, max3, mul, normalize, put, scale, vec
@@ -307,7 +307,12 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
 
 
 def _scatter_table(scene: Scene, settings: RenderSettings) -> np.ndarray:
-    options = (CYCLES_BURLEY if settings.cycles_burley_kernel else 0) | (EXACT_WALKS if settings.exact_walks else 0)
+    options = (
+        (CYCLES_BURLEY if settings.cycles_burley_kernel else 0)
+        | (EXACT_WALKS if settings.exact_walks else 0)
+        | (ANALOG_ESCAPE if settings.sss_analog_escape else 0)
+        | (THICKNESS_AWARE if settings.sss_thickness_aware else 0)
+    )
     return scatter_entries(scene.record["flags"], settings.sss_method, options)
 
 

@@ -12,17 +12,20 @@ import numpy as np
 
 from . import scatter_table as at
 from .diffusion.diffusion import diffusion
+from .diffusion.hybrid import hybrid
 from .diffusion.probe import note_hit
+from .diffusion.slabs import slab_tables
 from .jit import Entry, inlined
 from .lobes.closure import P_BURLEY
 from .medium.walk import random_walk
-from .memory import call_entry, load_i64, record_address
+from .memory import address, call_entry, load_i64, record_address
 from .records import SCENE_HAS_SUBSURFACE, closure_at
 
 # By RenderSettings.sss_method: what follows light through a medium, and through a material that asks for BURLEY.
 METHODS: dict[str, tuple[Entry, Entry]] = {
     "FROM_MATERIAL": (random_walk, diffusion),
     "RANDOM_WALK": (random_walk, random_walk),
+    "HYBRID": (hybrid, hybrid),
     "DIFFUSION": (diffusion, diffusion),
 }
 
@@ -48,5 +51,6 @@ def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: in
         medium, burley = METHODS[method]
         table[at.MEDIUM], table[at.BURLEY] = medium.address, burley.address
         table[at.NOTE_HIT] = note_hit.address
+        table[at.ALBEDOS] = address(slab_tables())
         table[at.FLAGS] = options
     return table

@@ -2,12 +2,13 @@
 
 MEDIUM, BURLEY = 0, 1  # code of the methods, for media and for materials that ask for BURLEY
 NOTE_HIT = 2  # code of the probe's filter
-ALBEDOS = 3  # float64: the albedos of half spaces, see diffusion.albedo
+ALBEDOS = 3  # float32: the albedos of half spaces and slabs, see diffusion.slabs
 FLAGS = 4
 OVERFLOWS = 5  # counts probes that met more surfaces than there is room for
 SIZE = 6
 
 # Bits of FLAGS.
 CYCLES_BURLEY = 1  # BURLEY with the kernel that Cycles integrates
+THICKNESS_AWARE = 4  # HYBRID's diffusion knows how thick the object is
 ANALOG_ESCAPE = 2  # HYBRID's scattered light leaves or not by chance, rather than with its transmittance
 EXACT_WALKS = 4  # random walks without Cycles' approximations, see medium.walk

@@ -8,9 +8,10 @@ import math
 
 from .. import rng
 from ..jit import device, entry, inlined
-from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_BURLEY, P_COLOR, P_LENGTH, P_SIGMA_T
+from ..lobes.closure import P_ANISOTROPY, P_BURLEY, P_LENGTH
+from ..medium.entry import entry_direction
 from ..memory import load_f64, load_i64, store_f64, store_i64
-from ..path_state import DIMENSIONS
+from ..path_state import DIM_DIRECTION, DIMENSIONS
 from ..records import (
     SCRATCH_PATH,
     SCRATCH_POINT,
@@ -21,9 +22,11 @@ from ..records import (
     scene_at,
     shading_point_at,
 )
-from ..scatter_table import CYCLES_BURLEY, FLAGS, NOTE_HIT, OVERFLOWS
-from ..vec import dot, load3_f64, scale, store3_f64, sub, vec
+from ..scatter_table import ALBEDOS, CYCLES_BURLEY, FLAGS, NOTE_HIT, OVERFLOWS
+from ..vec import dot, load3_f64, mul, scale, store3_f64, sub, vec
+from .albedo import similar, total_albedo
 from .exits import amount, exit_at, light_exits
+from .medium import channels, profile_scales
 from .probe import (
     H_EVENTS,
     H_NORMAL,
@@ -36,7 +39,7 @@ from .probe import (
     probe,
     probe_frame,
 )
-from .profile import REACH, profile, profile_scale
+from .profile import REACH, profile
 
 # Cycles' profile ends here, in d, and is scaled to hold everything within.
 _CYCLES_REACH = 16.0
@@ -109,14 +112,30 @@ def cycles_kernel(offset, ny, n, d):
     )
 
 
+@device
+def _burley(c, throughput):
+    """(weight, d), rgb each, of a closure that asks for BURLEY: the length is its own, and there is no entry."""
+    d = (float(c.p[P_LENGTH]), float(c.p[P_LENGTH + 1]), float(c.p[P_LENGTH + 2]))
+    return mul(throughput, (_is_length(d[0]), _is_length(d[1]), _is_length(d[2]))), d
+
+
 @inlined
-def _scale(c, k):
-    """d of channel k: BURLEY's own length, or that of the medium. 0: the channel does not scatter."""
-    if c.p[P_BURLEY] != 0.0:
-        d = float(c.p[P_LENGTH + k])
-    else:
-        d = profile_scale(c.p[P_SIGMA_T + k], c.p[P_ALBEDO + k], c.p[P_COLOR + k], c.p[P_ANISOTROPY])
-    return d if 0.0 < d < math.inf else 0.0
+def _is_length(d):
+    return 1.0 if 0.0 < d < math.inf else 0.0
+
+
+@device
+def _medium(c, table, throughput, mu):
+    """(weight, d), rgb each, of a medium that light enters with the cosine mu: it returns what a half space does."""
+    weight, sigma_t, alpha = channels(c, throughput)
+    g = float(c.p[P_ANISOTROPY])
+    d0, _, _ = profile_scales(sigma_t[0], alpha[0], g)
+    d1, _, _ = profile_scales(sigma_t[1], alpha[1], g)
+    d2, _, _ = profile_scales(sigma_t[2], alpha[2], g)
+    a0 = total_albedo(table, similar(alpha[0], g), g, mu)
+    a1 = total_albedo(table, similar(alpha[1], g), g, mu)
+    a2 = total_albedo(table, similar(alpha[2], g), g, mu)
+    return mul(weight, (a0, a1, a2)), (d0, d1, d2)
 
 
 @inlined
@@ -132,19 +151,21 @@ def diffusion(scene, integrator, film, scratch, _):
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
     c = closure_at(sp.closures, sp.scatterer)
     table = integrator.scatter
-    d = (_scale(c, 0), _scale(c, 1), _scale(c, 2))
-    throughput = vec(path.throughput)
-    weight = (
-        throughput[0] if d[0] > 0.0 else 0.0,
-        throughput[1] if d[1] > 0.0 else 0.0,
-        throughput[2] if d[2] > 0.0 else 0.0,
-    )
+    u0, u1 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
+    path.dimension += DIMENSIONS
+    x, n = vec(sp.p), vec(sp.ng)
+    burley = c.p[P_BURLEY] != 0.0
+    if burley:
+        weight, d = _burley(c, vec(path.throughput))
+    else:
+        enters, inwards = entry_direction(sp, c, u0, u1)
+        if not enters:
+            return
+        weight, d = _medium(c, load_i64(table, ALBEDOS), vec(path.throughput), -dot(inwards, n))
     full = amount(weight)
     if not full > 0.0:
         return
-    as_cycles = c.p[P_BURLEY] != 0.0 and load_i64(table, FLAGS) & CYCLES_BURLEY != 0
-    path.dimension += DIMENSIONS
-    x, n = vec(sp.p), vec(sp.ng)
+    as_cycles = burley and load_i64(table, FLAGS) & CYCLES_BURLEY != 0
     found = probe_around(scene, table, scratch, path, sp, weight, d)
     for k in range(found):
         hit = exit_at(scratch, k)

@@ -1,0 +1,77 @@
+"""Albedos of half spaces and slabs, looked up in the tables of `slabs`, for one channel.
+
+`table` is the address of `slabs.slab_tables`. s = √(1 - α*) stands for the albedo, see there; mu is the cosine of the
+direction of entry with the inward normal, b = σ_t (1 - g α) thickness.
+"""
+
+import math
+
+from ..jit import device, inlined
+from ..memory import load_f32
+from .slabs import MU, THICKNESS, G, S
+
+_S, _G, _MU, _B = len(S), len(G), len(MU), len(THICKNESS)
+_FIRST_G, _STEP_G = float(G[0]), float(G[1] - G[0])
+_THINNEST, _THICKEST = float(THICKNESS[0]), float(THICKNESS[-1])
+_SINGLE = _S * _G * _MU
+_REFLECTED = _SINGLE + _G * _MU
+_TRANSMITTED = _REFLECTED + _S * _G * _MU * _B
+
+
+@inlined
+def _cell(x, n):
+    """(index, weight of the next entry) for a position in a table of n entries."""
+    x = min(max(x, 0.0), n - 1.0)
+    i = min(int(x), n - 2)
+    return i, x - i
+
+
+@device
+def similar(alpha, g):
+    """s = √(1 - α*)."""
+    return math.sqrt(max((1.0 - alpha) / (1.0 - g * alpha), 0.0))
+
+
+@device
+def single_albedo(table, g, mu):
+    """The part of the light that comes back from a half space after one scattering, for α = 1."""
+    i, fi = _cell((g - _FIRST_G) / _STEP_G, _G)
+    j, fj = _cell(math.sqrt(mu) * (_MU - 1), _MU)
+    at = _SINGLE + i * _MU + j
+    a = load_f32(table, at) * (1.0 - fj) + load_f32(table, at + 1) * fj
+    b = load_f32(table, at + _MU) * (1.0 - fj) + load_f32(table, at + _MU + 1) * fj
+    return a + (b - a) * fi
+
+
+@device
+def _cube(table, start, stride, s, g, mu):
+    """An entry of a table over (s, g, mu), whose entries lie `stride` apart."""
+    i, fi = _cell(s * (_S - 1), _S)
+    j, fj = _cell((g - _FIRST_G) / _STEP_G, _G)
+    k, fk = _cell(math.sqrt(mu) * (_MU - 1), _MU)
+    total = 0.0
+    for corner in range(8):
+        a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
+        w = (fi if a else 1.0 - fi) * (fj if b else 1.0 - fj) * (fk if c else 1.0 - fk)
+        total += w * load_f32(table, start + stride * (((i + a) * _G + j + b) * _MU + k + c))
+    return total
+
+
+@device
+def total_albedo(table, s, g, mu):
+    """The part of the light that comes back from a half space."""
+    return _cube(table, 0, 1, s, g, mu)
+
+
+@device
+def slab_albedos(table, s, g, mu, b):
+    """Parts of the light that a slab (reflects, transmits) after two scatterings or more."""
+    thickness = min(max(b, _THINNEST), _THICKEST)
+    i, _ = _cell(2.0 * math.log2(thickness / _THINNEST), _B)
+    low = _THINNEST * 2.0 ** (0.5 * i)
+    f = min(max((thickness / low - 1.0) / (math.sqrt(2.0) - 1.0), 0.0), 1.0)
+    r = _cube(table, _REFLECTED + i, _B, s, g, mu) * (1.0 - f) + _cube(table, _REFLECTED + i + 1, _B, s, g, mu) * f
+    t = _cube(table, _TRANSMITTED + i, _B, s, g, mu) * (1.0 - f)
+    t = math.exp(t + _cube(table, _TRANSMITTED + i + 1, _B, s, g, mu) * f)
+    thin = min(b / _THINNEST, 1.0)  # both grow with the square of a small thickness
+    return r * thin * thin, t * thin * thin

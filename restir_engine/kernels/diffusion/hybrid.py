@@ -1,0 +1,197 @@
+"""HYBRID: light that goes straight through or scatters once is traced, the rest is diffusion (Zhang and d'Eon 2025).
+
+One direction of entry serves all three. The boundary exit lies where it meets the object again, the single one where a
+scattered ray does; the probe's hits are the exits of what scatters more often, by the profile R_n, scaled so that a
+half space returns what it does for that direction of entry.
+
+The profile knows nothing of the object's thickness. Where that is asked for, its part on the near side and that on the
+far side are scaled by what a slab of the local thickness reflects and transmits; a point that faces the opposite way
+lies on the far side, one between on both by halves. The thickness is that which the boundary's ray has met.
+"""
+
+import math
+
+from .. import rng
+from ..jit import device, entry, inlined
+from ..lobes.closure import P_ANISOTROPY
+from ..local import local_intersect
+from ..medium.entry import entry_direction
+from ..medium.phase import hg_sample
+from ..memory import load_f64, load_i64, store_f64
+from ..path_state import DIM_DIRECTION, DIMENSIONS, FAR, next_after
+from ..records import (
+    SCRATCH_PATH,
+    SCRATCH_POINT,
+    closure_at,
+    film_at,
+    integrator_at,
+    path_at,
+    scene_at,
+    shading_point_at,
+)
+from ..scatter_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
+from ..vec import dot, load3_f64, madd, max3, mul, scale, vec
+from .albedo import similar, single_albedo, slab_albedos, total_albedo
+from .diffusion import channel_shares, probe_around
+from .exits import amount, exit_at, light_exits, put_exit
+from .medium import channels, far_share, multiple_shape, profile_scales
+from .probe import H_EVENTS, H_NORMAL, H_PDF, H_WEIGHT, hit_distance
+from .profile import REACH
+
+# The far side of a slab that is thick against its profile gets at most so many times what the profile has there.
+_MOST = 8.0
+
+_DIM_DISTANCE, _DIM_PHASE, _DIM_ESCAPE = 3, 4, 5
+
+
+@device
+def first_hit(scene, scratch, sp, o, d):
+    """(t, primitive, u, v) where a ray from `sp` meets its own object again, its own triangle left out."""
+    t, primitive, u, v = local_intersect(scene, scratch, sp.instance, o, d, 0.0, FAR)
+    if primitive == sp.primitive:
+        t, primitive, u, v = local_intersect(scene, scratch, sp.instance, o, d, next_after(t), FAR)
+        if primitive == sp.primitive:
+            return FAR, -1, u, v
+    return t, primitive, u, v
+
+
+@inlined
+def _attenuation(sigma_t, t):
+    return (math.exp(-sigma_t[0] * t), math.exp(-sigma_t[1] * t), math.exp(-sigma_t[2] * t))
+
+
+@inlined
+def _truncated(sigma_t, thickness, u):
+    """A distance below `thickness` with a density ∝ e^(-σ_t t)."""
+    inside = -math.expm1(-sigma_t * thickness)
+    return min(-math.log1p(-u * inside) / sigma_t, thickness)
+
+
+@device
+def _single(scene, scratch, path, sp, o, d, thickness, weight, sigma_t, alpha, g, analog, place):
+    """Put the exit of light that scatters once, on the ray from o along d; 1, or 0 where there is none.
+
+    The distance is that of one channel by chance, its density that of all; estimators of both kinds contain the
+    transmittance up to the point of scattering. analog: beyond it, light of a channel gets as far as a random number
+    says, which needs no longer ray; else it is weakened by what lies on its way.
+    """
+    inside = (
+        -math.expm1(-sigma_t[0] * thickness),
+        -math.expm1(-sigma_t[1] * thickness),
+        -math.expm1(-sigma_t[2] * thickness),
+    )
+    share = mul(mul(weight, alpha), inside)
+    if not max3(share) > 0.0:
+        return 0
+    share = channel_shares(share)
+    u0, u1 = rng.sample2(path.key, path.sample, path.dimension + _DIM_DISTANCE)
+    u2, u3 = rng.sample2(path.key, path.sample, path.dimension + _DIM_PHASE)
+    chosen = 0
+    if share[0] <= 0.0 or u0 >= share[0]:
+        chosen = 1 if share[2] <= 0.0 or u0 < share[0] + share[1] else 2
+    t = _truncated(sigma_t[chosen], thickness, u1)
+    before = _attenuation(sigma_t, t)
+    pdf = 0.0
+    for k in range(3):
+        if share[k] > 0.0:
+            pdf += share[k] * sigma_t[k] * before[k] / inside[k]
+    if not pdf > 0.0:
+        return 0
+    x = madd(o, d, t)
+    d, _ = hg_sample(d, g, u2, u3)
+    escape = (FAR, FAR, FAR)  # how far light of each channel gets
+    reach = FAR
+    if analog:
+        u, _ = rng.sample2(path.key, path.sample, path.dimension + _DIM_ESCAPE)
+        length = -math.log(1.0 - u)
+        escape = (length / sigma_t[0], length / sigma_t[1], length / sigma_t[2])
+        reach = max3(escape)
+    t, primitive, u, v = local_intersect(scene, scratch, sp.instance, x, d, 0.0, reach)
+    if primitive < 0:
+        return 0
+    after = _attenuation(sigma_t, t)
+    if analog:
+        after = (
+            1.0 if t <= escape[0] else 0.0,
+            1.0 if t <= escape[1] else 0.0,
+            1.0 if t <= escape[2] else 0.0,
+        )
+    w = mul(mul(mul(weight, before), mul(sigma_t, alpha)), after)
+    put_exit(place, t, primitive, u, v, d, scale(w, 1.0 / pdf), 1)
+    return 1
+
+
+@device
+def _sides(table, sigma_t, alpha, g, mu, thickness, aware):
+    """One channel's (M, near, far): the part of the light that a half space returns after two scatterings and more,
+    and factors of the profile on the side where light enters and on the other."""
+    s = similar(alpha, g)
+    multiple = max(total_albedo(table, s, g, mu) - alpha * single_albedo(table, g, mu), 0.0)
+    if not aware or thickness >= FAR or not multiple > 0.0:
+        return multiple, 1.0, 1.0
+    d, d0, share = profile_scales(sigma_t, alpha, g)
+    reflected, transmitted = slab_albedos(table, s, g, mu, sigma_t * (1.0 - g * alpha) * thickness)
+    beyond = multiple * far_share(thickness, d, d0, share)
+    far = min(transmitted / max(beyond, 1.0e-30), _MOST)
+    # What the profile cannot bring to the far side stays on the near one: a thick slab is a half space.
+    return multiple, (reflected + transmitted - far * beyond) / multiple, far
+
+
+@device
+def _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, thickness):
+    """Make exits of the probe's hits, weighted by what scatters twice and more; how many."""
+    albedos, aware = load_i64(table, ALBEDOS), load_i64(table, FLAGS) & THICKNESS_AWARE != 0
+    m0, n0, f0 = _sides(albedos, sigma_t[0], alpha[0], g, mu, thickness, aware)
+    m1, n1, f1 = _sides(albedos, sigma_t[1], alpha[1], g, mu, thickness, aware)
+    m2, n2, f2 = _sides(albedos, sigma_t[2], alpha[2], g, mu, thickness, aware)
+    near, far = (n0, n1, n2), (f0, f1, f2)
+    full = mul(weight, (m0, m1, m2))
+    if not max3(full) > 0.0:
+        return 0
+    d0, s0, p0 = profile_scales(sigma_t[0], alpha[0], g)
+    d1, s1, p1 = profile_scales(sigma_t[1], alpha[1], g)
+    d2, s2, p2 = profile_scales(sigma_t[2], alpha[2], g)
+    d, single, share = (d0, d1, d2), (s0, s1, s2), (p0, p1, p2)
+    x, n = vec(sp.p), vec(sp.ng)
+    found = probe_around(scene, table, scratch, path, sp, full, d)
+    for k in range(found):
+        hit = exit_at(scratch, k)
+        pdf = load_f64(hit, H_PDF)
+        r = hit_distance(hit, x)
+        facing = 0.5 + 0.5 * dot(load3_f64(hit, H_NORMAL), n)
+        for c in range(3):
+            w = 0.0
+            if full[c] > 0.0 and r <= REACH * d[c] and pdf > 0.0:
+                w = full[c] * multiple_shape(r, d[c], single[c], share[c]) / pdf
+                w *= far[c] + (near[c] - far[c]) * facing
+            store_f64(hit, H_WEIGHT + c, w)
+        store_f64(hit, H_EVENTS, 2.0)
+    return found
+
+
+@entry
+def hybrid(scene, integrator, film, scratch, _):
+    """The method of kernels.scatter."""
+    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    c = closure_at(sp.closures, sp.scatterer)
+    table = integrator.scatter
+    weight, sigma_t, alpha = channels(c, vec(path.throughput))
+    full = amount(path.throughput)
+    u0, u1 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
+    path.dimension += DIMENSIONS
+    enters, d = entry_direction(sp, c, u0, u1)
+    if not enters or not max3(weight) > 0.0:
+        return
+    g = float(c.p[P_ANISOTROPY])
+    o = vec(sp.p)
+    mu = -dot(d, vec(sp.ng))
+    t, primitive, u, v = first_hit(scene, scratch, sp, o, d)
+    n = _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, t * mu)
+    analog = load_i64(table, FLAGS) & ANALOG_ESCAPE != 0
+    n += _single(scene, scratch, path, sp, o, d, t, weight, sigma_t, alpha, g, analog, exit_at(scratch, n))
+    if primitive >= 0:
+        put_exit(exit_at(scratch, n), t, primitive, u, v, d, mul(weight, _attenuation(sigma_t, t)), 0)
+        n += 1
+    light_exits(scene, integrator, film, scratch, path, sp, n, full)
