@@ -9,6 +9,6 @@ SIZE = 6
 
 # Bits of FLAGS.
 CYCLES_BURLEY = 1  # BURLEY with the kernel that Cycles integrates
-THICKNESS_AWARE = 4  # HYBRID's diffusion knows how thick the object is
 ANALOG_ESCAPE = 2  # HYBRID's scattered light leaves or not by chance, rather than with its transmittance
 EXACT_WALKS = 4  # random walks without Cycles' approximations, see medium.walk
+THICKNESS_AWARE = 8  # HYBRID's diffusion knows how thick the object is
