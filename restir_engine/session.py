@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 import os
 import threading
@@ -12,19 +13,28 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .denoise import denoise
 from .film import Film
 from .kernels import cache
+from .kernels.records import SCENE_HAS_MEDIA
 from .scene.scene import Scene
 from .settings import RenderSettings, required_passes
+
+if TYPE_CHECKING:
+    from .integrators.base import Integrator
 
 log = logging.getLogger(__name__)
 
 TILE = 32  # pixels
 POLL = 0.05  # seconds between looks at the cancel flag
+INTEGRATORS = {
+    "PATH": (".integrators.path", "PathIntegrator"),
+    "RESTIR": (".integrators.restir.integrator", "RestirIntegrator"),
+}
 BATCH_SECONDS = 0.5  # what a pass over all tiles aims at, so that frames appear and Esc answers
 
 
@@ -143,11 +153,9 @@ class Session:
 
         def work() -> None:
             try:
-                from .integrators.path import PathIntegrator
-
                 if not self.scene.committed:
                     self.scene.commit()
-                result.append(PathIntegrator(self.scene, self.settings, self.film))
+                result.append(self._integrator())
                 cache.remove_old()
             except BaseException as error:  # handed to the calling thread
                 result.append(error)
@@ -163,6 +171,16 @@ class Session:
         if isinstance(result[0], BaseException):
             raise result[0]
         return result[0]
+
+    def _integrator(self) -> Integrator:
+        """The integrator that the settings name; its module, and so its kernels, are imported when it is used."""
+        chosen = self.settings.integrator
+        if chosen == "RESTIR" and self.scene.record["flags"] & SCENE_HAS_MEDIA:
+            self.scene.warnings.add("Render", "Volumes", "scenes with volumes are rendered by the integrator PATH")
+            chosen = "PATH"
+        module, name = INTEGRATORS[chosen]
+        module = importlib.import_module(module, __package__)
+        return getattr(module, name)(self.scene, self.settings, self.film)
 
     def _stopped(self, cancelled: Callable[[], bool]) -> bool:
         if cancelled():
@@ -197,25 +215,34 @@ class Session:
             per_sample = (now - began) / batch
             if limit and now - start >= limit:
                 break
-            batch = int(np.clip(BATCH_SECONDS / max(per_sample, 1e-6), 1, 2 * batch))
+            batch = int(np.clip(BATCH_SECONDS / max(per_sample, 1e-6), 1, min(2 * batch, integrator.max_batch)))
             if limit:
                 batch = max(1, min(batch, int((limit - (now - start)) / per_sample)))
         return True
 
     def _batch(self, integrator, pool, threads, tiles, samples, start, cancelled, on_progress) -> bool:
         """One batch of samples on every tile; False when it was cancelled."""
+        for stage in integrator.stages(self.film.samples, samples):
+            items = tiles if stage.items is None else stage.items
+            if not self._stage(stage, items, integrator, pool, threads, start, cancelled, on_progress):
+                return False
+            stage.finish()
+        return True
+
+    def _stage(self, stage, items, integrator, pool, threads, start, cancelled, on_progress) -> bool:
+        """Run a stage on every item; False when it was cancelled."""
         abort = threading.Event()
-        position = iter(tiles)
+        position = iter(items)
         lock = threading.Lock()
 
         def work() -> None:
             scratch = integrator.scratch()
             while not abort.is_set():
                 with lock:
-                    tile = next(position, None)
-                if tile is None:
+                    item = next(position, None)
+                if item is None:
                     return
-                integrator.render(tile, self.film.samples, samples, scratch)
+                stage.run(item, scratch)
 
         futures: list[Future] = [pool.submit(work) for _ in range(threads)]
         pending = set(futures)

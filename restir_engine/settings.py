@@ -13,6 +13,7 @@ UNLIMITED = 1 << 30
 class RenderSettings:
     """What the artist asked for. Clamps and thresholds of 0 are off; a time limit of 0 is none."""
 
+    integrator: str = "PATH"  # PATH, RESTIR
     samples: int = 128
     seed: int = 0
     time_limit: float = 0.0  # seconds
@@ -44,6 +45,8 @@ class RenderSettings:
     pass_alpha_threshold: float = 0.5
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
+    restir_candidates: int = 8  # light samples a pixel and frame
+    restir_visibility: bool = True  # whether a sample is chosen for reuse by whether its light arrives
     passes: frozenset[str] = frozenset({"Combined"})
 
 

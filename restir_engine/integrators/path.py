@@ -7,6 +7,7 @@ does not count as a bounce, Russian roulette by the square root of the throughpu
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,6 @@ from ..film import Film
 from ..kernels import rng
 from ..kernels.accumulate import add1, add3, add_hit
 from ..kernels.camera import camera_reach
-from ..kernels.diffusion.probe import MAX_HITS
 from ..kernels.direct import direct_light, lobe_sum
 from ..kernels.interaction import offset_origin, surface_point
 from ..kernels.intersect import intersect
@@ -23,7 +23,6 @@ from ..kernels.jit import device, inlined, kernel
 from ..kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
 from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_sample
 from ..kernels.media.calls import ENDED, PASSES, pass_boundary, pass_media, start_segment, through_media
-from ..kernels.media.entries import media_entries
 from ..kernels.memory import address
 from ..kernels.path_state import (
     DIM_DIRECTION,
@@ -44,20 +43,13 @@ from ..kernels.path_state import (
     visibility,
 )
 from ..kernels.records import (
-    CAMERA,
     INSTANCE_HOLDOUT,
-    INTEGRATOR,
     MATERIAL_EMITS,
     MATERIAL_MEDIUM,
     MATERIAL_TRANSPARENT,
-    RAY_BURLEY_DIFFUSE,
     RAY_CAMERA,
     RAY_DIFFUSE,
     RAY_LAST,
-    RAY_NO_REFLECTION,
-    RAY_NO_REFRACTION,
-    RAY_SUBSURFACE_DIFFUSE,
-    SCRATCH_BYTES,
     SCRATCH_CLOSURES,
     SCRATCH_PATH,
     SCRATCH_POINT,
@@ -67,22 +59,19 @@ from ..kernels.records import (
     path_at,
     shading_point_at,
 )
-from ..kernels.scatter import scatter, scatter_entries
-from ..kernels.scatter_table import ANALOG_ESCAPE, CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS, THICKNESS_AWARE
+from ..kernels.scatter import scatter
 from ..kernels.shader_vm import shader_eval
 from ..kernels.surface_passes import data_passes, feature_passes
 from ..kernels.vec import average, max3, mul, normalize, put, scale, vec
 from ..kernels.world import world_pdf, world_radiance
-from ..settings import RenderSettings, filter_table
+from ..settings import RenderSettings
+from .base import Integrator, Stage, Tile
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 # What becomes of a path at a surface: it ends, has a new ray, enters a medium and leaves it elsewhere, or is to be lit.
 ENDS, GOES_ON, SCATTERS, SHADES = 0, 1, 2, 3
-
-# What RenderSettings.sss_after_diffuse makes diffuse after a diffuse bounce.
-SSS_AFTER_DIFFUSE = {"ALWAYS": 0, "BURLEY_DIFFUSE": RAY_BURLEY_DIFFUSE, "DIFFUSE": RAY_SUBSURFACE_DIFFUSE}
 
 
 @kernel
@@ -94,28 +83,28 @@ def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_
             key = rng.key(integrator.seed, x, y, 0)
             for sample in range(first_sample, first_sample + samples):
                 start_path(camera, integrator, scratch, pixel, key, sample, x, y)
-                trace_path(scene, camera, integrator, film, scratch)
+                trace_path(scene, camera, integrator, film, scratch, GOES_ON)
     return (x1 - x0) * (y1 - y0) * samples
 
 
 @inlined
-def trace_path(scene, camera, integrator, film, scratch):
-    """Follow the path until it leaves the scene, is absorbed, or may not go on."""
+def trace_path(scene, camera, integrator, film, scratch, step):
+    """Follow the path in scratch until it leaves the scene, is absorbed, or may not go on.
+
+    `step` is what comes next: GOES_ON with its ray, SHADES or SCATTERS at its shading point.
+    """
     path = path_at(scratch + SCRATCH_PATH, 0)
     sp = tile_point(scratch)
-    while True:
-        step = arrive(scene, camera, integrator, film, scratch, path, sp)
-        if step == SHADES:
-            step = SCATTERS
+    while step != ENDS:
+        if step == GOES_ON:
+            step = arrive(scene, camera, integrator, film, scratch, path, sp)
             path.scattered = 0
-            while step == SCATTERS:
-                if path.scattered != LIT:
-                    direct_light(scene, integrator, film, scratch, path, sp)
-                step = bounce(scene, integrator, path, sp)
-                if step == SCATTERS and not scatter(scene, integrator, film, scratch, path, sp):
-                    return
-        if step == ENDS:
-            return
+        if step == SHADES:
+            if path.scattered != LIT:
+                direct_light(scene, integrator, film, scratch, path, sp)
+            step = bounce(scene, integrator, path, sp)
+        if step == SCATTERS:
+            step = SHADES if scatter(scene, integrator, film, scratch, path, sp) else ENDS
 
 
 @inlined
@@ -279,76 +268,17 @@ def bounce(scene, integrator, path, sp):
     return GOES_ON
 
 
-def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray:
-    """The INTEGRATOR record (1,) for `settings`; `table` is its pixel filter's table and must outlive the record."""
-    record = np.zeros(1, INTEGRATOR)
-    r = record[0]
-    r["seed"] = settings.seed & 0x7FFFFFFF
-    r["filter_table"] = address(table)
-    r["transparent_film"] = settings.film_transparent
-    r["pass_alpha_threshold"] = settings.pass_alpha_threshold
-    r["after_diffuse"] = (
-        (0 if settings.caustics_reflective else RAY_NO_REFLECTION)
-        | (0 if settings.caustics_refractive else RAY_NO_REFRACTION)
-        | SSS_AFTER_DIFFUSE[settings.sss_after_diffuse]
-    )
-    r["max_scatters"] = {0: -1, -1: 0}.get(settings.sss_max_scatters, settings.sss_max_scatters)
-    # A path of n bounces still finds light by its last ray, which therefore counts.
-    kinds = ("max", "diffuse", "glossy", "transmission", "transparent", "volume")
-    for name in (f"{kind}_bounces" for kind in kinds):
-        r[name] = getattr(settings, name) + 1
-    r["min_bounces"] = settings.min_bounces + 1  # the surface after so many is still shaded, as in Cycles
-    r["transparent_path"] = settings.transparent_bounces + settings.extra_transparent
-    # A clamp is the mean of the channels, of which kernels take the sum.
-    r["clamp_direct"] = 3.0 * settings.clamp_direct or math.inf
-    r["clamp_indirect"] = 3.0 * settings.clamp_indirect or math.inf
-    r["filter_glossy"] = 1.0 / settings.filter_glossy if settings.filter_glossy > 0.0 else math.inf
-    return record
-
-
-def _scatter_table(scene: Scene, settings: RenderSettings) -> np.ndarray:
-    options = (
-        (CYCLES_BURLEY if settings.cycles_burley_kernel else 0)
-        | (EXACT_WALKS if settings.exact_walks else 0)
-        | (ANALOG_ESCAPE if settings.sss_analog_escape else 0)
-        | (THICKNESS_AWARE if settings.sss_thickness_aware else 0)
-    )
-    return scatter_entries(scene.record["flags"], settings.sss_method, options)
-
-
-class PathIntegrator:
-    """The PATH kernel with a scene, settings and a film; `render` may run on any number of threads."""
+class PathIntegrator(Integrator):
+    """The PATH kernel with a scene, settings and a film."""
 
     def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
-        self._table = filter_table(settings.pixel_filter, settings.filter_width)
-        self._integrator = integrator_record(settings, self._table)
-        self._scatter = _scatter_table(scene, settings)
-        self._integrator[0]["scatter"] = address(self._scatter)
-        self._media = media_entries(scene.record["flags"])
-        self._integrator[0]["media"] = address(self._media)
-        self._integrator[0]["camera_in_media"] = scene.camera_may_be_in_media()
-        self._scene, self._film = scene, film
-        self._camera = np.zeros(1, CAMERA)
-        self._camera[0] = scene.camera.record()
-        scratch = self.scratch()
-        self._call((0, 0, 0, 0), 0, 0, scratch)  # compiles, or loads from the cache
+        super().__init__(scene, settings, film)
+        self._render((0, 0, 0, 0), self.scratch(), 0, 0)  # compiles, or loads from the cache
 
-    def scratch(self) -> np.ndarray:
-        """Working memory for one thread."""
-        block = np.zeros(SCRATCH_BYTES + 64, np.uint8)
-        start = -address(block) % 64
-        return block[start : start + SCRATCH_BYTES]
+    def stages(self, first_sample: int, samples: int) -> list[Stage]:
+        """One: all samples of a tile at once."""
+        return [Stage(partial(self._render, first_sample=first_sample, samples=samples), finish=self.warn)]
 
-    def render(self, tile: tuple[int, int, int, int], first_sample: int, samples: int, scratch: np.ndarray) -> None:
-        """Add samples to a tile (x0, y0, x1, y1) of the film."""
-        self._call(tile, first_sample, samples, scratch)
-        if self._scatter[OVERFLOWS]:
-            text = f"more than {MAX_HITS} layers of a surface lie within its scattering length; some are left out"
-            self._scene.warnings.add("Render", "Subsurface", text)
-
-    def _call(self, tile, first_sample, samples, scratch) -> None:
-        scene = self._scene
-        render_tile(
-            scene.record, self._camera[0], self._integrator[0], self._film.record, address(scratch), *tile,
-            first_sample, samples,
-        )  # fmt: skip
+    def _render(self, tile: Tile, scratch: np.ndarray, first_sample: int, samples: int) -> None:
+        args = (self.scene.record, self.camera[0], self.record[0], self.film.record, address(scratch))
+        render_tile(*args, *tile, first_sample, samples)

@@ -160,6 +160,17 @@ def pass_through(path, sp, integrator, weight):
 
 
 @inlined
+def ray_flags(label):
+    """RAY_* bits of the ray that leaves a surface by a lobe with this label."""
+    flags = RAY_REFLECT if label & LABEL_REFLECT else RAY_TRANSMIT
+    if label & LABEL_DIFFUSE:
+        return flags | RAY_DIFFUSE
+    if label & LABEL_GLOSSY:
+        return flags | RAY_GLOSSY
+    return flags | RAY_GLOSSY | RAY_SINGULAR
+
+
+@inlined
 def next_state(path, integrator, label, pdf):
     """Count the bounce, set the flags of the next ray, and note when it may only find light."""
     path.bounce += 1
@@ -167,7 +178,6 @@ def next_state(path, integrator, label, pdf):
     last = path.bounce >= integrator.max_bounces
     subsurface = RAY_SUBSURFACE_DIFFUSE | RAY_BURLEY_DIFFUSE
     kept = path.flags & subsurface  # as long as the path goes on, whatever it meets
-    flags = RAY_REFLECT
     if label & LABEL_REFLECT:
         if label & LABEL_DIFFUSE:
             path.diffuse_bounce += 1
@@ -176,17 +186,11 @@ def next_state(path, integrator, label, pdf):
             path.glossy_bounce += 1
             last = last or path.glossy_bounce >= integrator.glossy_bounces
     else:
-        flags = RAY_TRANSMIT
         path.transmission_bounce += 1
         last = last or path.transmission_bounce >= integrator.transmission_bounces
     if label & LABEL_DIFFUSE:
-        flags |= RAY_DIFFUSE
         kept |= integrator.after_diffuse & subsurface
-    elif label & LABEL_GLOSSY:
-        flags |= RAY_GLOSSY
-    else:
-        flags |= RAY_GLOSSY | RAY_SINGULAR
-    path.flags = flags | kept
+    path.flags = ray_flags(label) | kept
     path.background_visible = 0
     path.mis_pdf = 0.0 if label & LABEL_SINGULAR else pdf
     if not label & LABEL_SINGULAR:

@@ -62,7 +62,7 @@ class Frame:
             self._reservoirs.reverse()
         self._record[0]["reservoirs"], self._record[0]["reused"] = map(address, self._reservoirs)
 
-    def pool(self, tile: tuple[int, int, int, int], closures: int = 0) -> np.ndarray:
+    def pool(self, tile: tuple[int, int, int, int], closures: int) -> np.ndarray:
         """Room for the closures of a tile's pixels, of at least that many."""
         pool = self._pools.get(tile[:2])
         if pool is None or len(pool) < closures:

@@ -1,0 +1,111 @@
+"""What integrators share on the Python side: how a session drives them, and the INTEGRATOR record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..film import Film
+from ..kernels.diffusion.probe import MAX_HITS
+from ..kernels.media.entries import media_entries
+from ..kernels.memory import address
+from ..kernels.records import (
+    CAMERA,
+    INTEGRATOR,
+    RAY_BURLEY_DIFFUSE,
+    RAY_NO_REFLECTION,
+    RAY_NO_REFRACTION,
+    RAY_SUBSURFACE_DIFFUSE,
+    SCRATCH_BYTES,
+)
+from ..kernels.scatter import scatter_entries
+from ..kernels.scatter_table import CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS
+from ..settings import RenderSettings, filter_table
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
+
+Tile = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels of the film
+
+# What RenderSettings.sss_after_diffuse makes diffuse after a diffuse bounce.
+SSS_AFTER_DIFFUSE = {"ALWAYS": 0, "BURLEY_DIFFUSE": RAY_BURLEY_DIFFUSE, "DIFFUSE": RAY_SUBSURFACE_DIFFUSE}
+
+
+class Stage(NamedTuple):
+    """A step of a batch of samples: `run(item, scratch)` for each item on any thread, in any order; then `finish()`.
+
+    The items are the tiles of the film where none are named. Nothing of the next stage starts before.
+    """
+
+    run: Callable[[tuple, np.ndarray], None]
+    items: Sequence[tuple] | None = None
+    finish: Callable[[], None] = lambda: None
+
+
+class Integrator:
+    """An integrator with a committed scene, settings and a film; its constructor compiles or loads its kernels.
+
+    `stages(first_sample, samples)` are the steps that add these samples to every pixel of the film, of which only the
+    last one writes to it; `max_batch` is how many samples they can take at once.
+    """
+
+    max_batch = 1 << 30
+
+    def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
+        self._table = filter_table(settings.pixel_filter, settings.filter_width)
+        self.record = integrator_record(settings, self._table)
+        options = (CYCLES_BURLEY if settings.cycles_burley_kernel else 0) | (EXACT_WALKS if settings.exact_walks else 0)
+        self._scatter = scatter_entries(scene.record["flags"], settings.sss_method, options)
+        self._media = media_entries(scene.record["flags"])
+        self.record[0]["scatter"], self.record[0]["media"] = address(self._scatter), address(self._media)
+        self.record[0]["camera_in_media"] = scene.camera_may_be_in_media()
+        self.scene, self.film = scene, film
+        self.camera = np.zeros(1, CAMERA)
+        self.camera[0] = scene.camera.record()
+
+    def stages(self, first_sample: int, samples: int) -> list[Stage]:
+        """The steps of a batch of samples."""
+        raise NotImplementedError
+
+    def warn(self) -> None:
+        """Tell what kernels have noticed."""
+        if self._scatter[OVERFLOWS]:
+            text = f"more than {MAX_HITS} layers of a surface lie within its scattering length; some are left out"
+            self.scene.warnings.add("Render", "Subsurface", text)
+
+    @staticmethod
+    def scratch() -> np.ndarray:
+        """Working memory for one thread."""
+        block = np.zeros(SCRATCH_BYTES + 64, np.uint8)
+        start = -address(block) % 64
+        return block[start : start + SCRATCH_BYTES]
+
+
+def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray:
+    """The INTEGRATOR record (1,) for `settings`; `table` is its pixel filter's table and must outlive the record."""
+    record = np.zeros(1, INTEGRATOR)
+    r = record[0]
+    r["seed"] = settings.seed & 0x7FFFFFFF
+    r["filter_table"] = address(table)
+    r["transparent_film"] = settings.film_transparent
+    r["pass_alpha_threshold"] = settings.pass_alpha_threshold
+    r["after_diffuse"] = (
+        (0 if settings.caustics_reflective else RAY_NO_REFLECTION)
+        | (0 if settings.caustics_refractive else RAY_NO_REFRACTION)
+        | SSS_AFTER_DIFFUSE[settings.sss_after_diffuse]
+    )
+    r["max_scatters"] = {0: -1, -1: 0}.get(settings.sss_max_scatters, settings.sss_max_scatters)
+    # A path of n bounces still finds light by its last ray, which therefore counts.
+    kinds = ("max", "diffuse", "glossy", "transmission", "transparent", "volume")
+    for name in (f"{kind}_bounces" for kind in kinds):
+        r[name] = getattr(settings, name) + 1
+    r["min_bounces"] = settings.min_bounces + 1  # the surface after so many is still shaded, as in Cycles
+    r["transparent_path"] = settings.transparent_bounces + settings.extra_transparent
+    # A clamp is the mean of the channels, of which kernels take the sum.
+    r["clamp_direct"] = 3.0 * settings.clamp_direct or math.inf
+    r["clamp_indirect"] = 3.0 * settings.clamp_indirect or math.inf
+    r["filter_glossy"] = 1.0 / settings.filter_glossy if settings.filter_glossy > 0.0 else math.inf
+    return record

@@ -1,0 +1,72 @@
+"""The first step of a frame: each pixel's path up to the vertex that is lit by resampling."""
+
+from ...kernels import rng
+from ...kernels.jit import device, inlined, kernel
+from ...kernels.lobes import bsdf_has_eval
+from ...kernels.lobes.closure import LOBE_SUBSURFACE
+from ...kernels.memory import load_i64, record_address, store_f32, store_i64
+from ...kernels.path_state import start_path
+from ...kernels.records import CLOSURE, PATH, SCRATCH_PATH, SHADING_POINT, closure_at, path_at, shading_point_at
+from ..path import ENDS, SHADES, arrive, bounce, tile_point
+
+POINT_WORDS, PATH_WORDS, CLOSURE_BYTES = SHADING_POINT.itemsize // 8, PATH.itemsize // 8, CLOSURE.itemsize
+CLOSURE_WORDS = CLOSURE_BYTES // 8
+
+
+@inlined
+def copy_words(to, source, words):
+    """Copy that many 8-byte words from one address to another."""
+    for k in range(words):
+        store_i64(to, k, load_i64(source, k))
+
+
+@device
+def _is_lit(sp):
+    """Whether light sampling is of use at sp, or light scatters below it."""
+    scatters = False
+    for i in range(sp.n_closures):
+        scatters = scatters or closure_at(sp.closures, i).kind == LOBE_SUBSURFACE
+    return scatters or bsdf_has_eval(sp)
+
+
+@inlined
+def _first_vertex(scene, camera, integrator, film, scratch, path, sp):
+    """Follow the path to the first vertex that is lit; False when it ends before."""
+    while True:
+        step = arrive(scene, camera, integrator, film, scratch, path, sp)
+        if step == SHADES:
+            if _is_lit(sp):
+                return True
+            step = bounce(scene, integrator, path, sp)
+        if step == ENDS:
+            return False
+
+
+@kernel
+def gbuffer_tile(scene, camera, integrator, film, frame, pool, capacity, scratch, x0, y0, x1, y1, sample):
+    """Fill `points`, `paths` and `pixels` of a tile; closures go to `pool` (CLOSURE [capacity]).
+
+    Returns how many closures there are. When there are more than the pool holds, call again with a larger one.
+    """
+    used = 0
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = tile_point(scratch)
+    for y in range(y0, y1):
+        for x in range(x0, x1):
+            index = y * frame.width + x
+            pixel = frame.pixels + 4 * frame.channels * index
+            for k in range(frame.channels):
+                store_f32(pixel, k, 0.0)
+            start_path(camera, integrator, scratch, pixel, rng.key(integrator.seed, x, y, 0), sample, x, y)
+            kept = shading_point_at(frame.points, index)
+            kept.instance = -1
+            if not _first_vertex(scene, camera, integrator, film, scratch, path, sp):
+                continue
+            if used + sp.n_closures <= capacity:
+                closures = pool + CLOSURE_BYTES * used
+                copy_words(closures, sp.closures, CLOSURE_WORDS * sp.n_closures)
+                copy_words(record_address(kept), record_address(sp), POINT_WORDS)
+                kept.closures = closures
+                copy_words(record_address(path_at(frame.paths, index)), record_address(path), PATH_WORDS)
+            used += sp.n_closures
+    return used

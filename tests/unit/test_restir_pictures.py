@@ -1,0 +1,35 @@
+"""RESTIR's mean is PATH's: 3 standard errors and 0.5 % by channel, and by blocks of 8 × 8 pixels (algorithms, §5.2)."""
+
+import numpy as np
+import pytest
+from pictures import LIGHTS, compare, frames, picture_scene
+
+SIZE = 32
+
+
+@pytest.fixture(scope="module")
+def references():
+    """PATH's pictures by name of the light, rendered once."""
+    kept = {}
+
+    def reference(name, scene):
+        if name not in kept:
+            kept[name] = frames(scene, 64, integrator="PATH")
+        return kept[name]
+
+    return reference
+
+
+def check(ours: np.ndarray, reference: np.ndarray) -> None:
+    off, error, z = compare(ours, reference)
+    assert np.isfinite(ours).all()
+    assert (error < 0.005).all(), f"standard errors {error} are too large to tell"
+    assert (np.abs(off) < np.maximum(3.0 * error, 1e-6)).all(), f"off by {off}, standard errors {error}"
+    assert (np.abs(off) < 0.005 + 3.0 * error).all()
+    assert np.abs(z).mean() < 1.2, np.abs(z).mean()
+
+
+@pytest.mark.parametrize("name", LIGHTS)
+def test_without_reuse_the_mean_is_that_of_path(name, references):
+    scene = picture_scene(name, SIZE)
+    check(frames(scene, 32, integrator="RESTIR"), references(name, scene))
