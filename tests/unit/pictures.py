@@ -64,30 +64,30 @@ class Builder:
 
     def __init__(self) -> None:
         self.scene = Scene()
-        self._placed: list[tuple[np.ndarray, int, int]] = []
+        self._placed: list[tuple[np.ndarray, int, int, int]] = []
         self._meshes: dict[int, int] = {}
 
-    def add(self, shape, material: Program, place) -> int:
+    def add(self, shape, material: Program, place, visibility: int = rec.RAY_ALL) -> int:
         """Place a mesh; the index of its instance."""
         index = self._meshes.get(id(shape))
         if index is None:
             index = self._meshes[id(shape)] = len(self.scene.meshes)
             self.scene.meshes.append(Mesh(*(np.asarray(a) for a in shape)))
-        self._placed.append((np.asarray(place).reshape(12), index, self.scene.shaders.add(material)))
+        self._placed.append((np.asarray(place).reshape(12), index, self.scene.shaders.add(material), visibility))
         return len(self._placed) - 1
 
     def lamp(self, lamp) -> None:
         self.scene.lights.add(lamp)
 
     def finish(self, camera: Camera) -> Scene:
-        matrices, meshes, materials = zip(*self._placed, strict=True)
+        matrices, meshes, materials, visibility = zip(*self._placed, strict=True)
         self.scene.material_slots = np.array(materials, np.int32)
         self.scene.instances = build_instances(
             np.stack(matrices),
             np.array(meshes),
             n_materials=1,
             materials=np.arange(len(meshes)),
-            visibility=rec.RAY_ALL,
+            visibility=np.array(visibility),
         )
         self.scene.camera = camera
         self.scene.commit()
@@ -116,19 +116,23 @@ ABOVE = matrix((0.6, -0.8, 2.2), (0.3, -0.4, 1.0))
 BESIDE = matrix((-1.2, -0.6, 1.2), (-1.0, -0.4, 0.8))
 
 
-def room(roughness: float = 0.3) -> Builder:
+def room(roughness: float = 0.4) -> Builder:
     """A coated floor, a box, a rough mirror at the back, a half transparent screen."""
     b = Builder()
     b.add(QUAD, coated((0.6, 0.55, 0.5), roughness), scaled(matrix(), 4.0, 4.0, 1.0))
     b.add(CUBE, diffuse((0.7, 0.3, 0.2)), scaled(matrix((-0.5, 0.1, 0.35), (0.0, 0.0, 1.0)), 0.35, 0.25, 0.35))
-    b.add(QUAD, coated((0.2, 0.3, 0.6), 0.15, 0.7), scaled(matrix((0.4, 1.2, 0.8), (0.2, -1.0, 0.1)), 1.2, 0.8, 1.0))
+    b.add(QUAD, coated((0.2, 0.3, 0.6), 0.3, 0.7), scaled(matrix((0.4, 1.2, 0.8), (0.2, -1.0, 0.1)), 1.2, 0.8, 1.0))
     b.add(QUAD, screen((0.3, 0.6, 0.3), 0.5), scaled(matrix((0.6, -0.3, 0.4), (0.5, -0.5, 0.2)), 0.3, 0.3, 1.0))
     return b
 
 
+# Lights that the camera does not see: the edges of bright ones would be the noisiest in the picture.
+UNSEEN = rec.RAY_ALL & ~rec.RAY_CAMERA
+
+
 def _mesh_light(b: Builder) -> None:
-    b.add(QUAD, checkered((30.0, 6.0, 2.0), (1.0, 10.0, 30.0), 7.0), scaled(BESIDE, 0.25, 0.25, 1.0))
-    b.add(CUBE, emission_program((2.0, 3.0, 12.0)), scaled(matrix((0.9, 0.5, 0.3)), 0.1, 0.1, 0.1))
+    b.add(QUAD, checkered((30.0, 6.0, 2.0), (1.0, 10.0, 30.0), 7.0), scaled(BESIDE, 0.25, 0.25, 1.0), UNSEEN)
+    b.add(CUBE, emission_program((2.0, 3.0, 12.0)), scaled(matrix((0.9, 0.5, 0.3)), 0.1, 0.1, 0.1), UNSEEN)
 
 
 def _world(b: Builder) -> None:
@@ -137,19 +141,19 @@ def _world(b: Builder) -> None:
 
 def _textured_area(b: Builder) -> None:
     material = b.scene.shaders.add(checkered((2.0, 0.2, 0.1), (0.1, 0.5, 2.0), 5.0))
-    b.lamp(area_lamp(ABOVE, (40.0, 40.0, 40.0), 1.2, 0.8, material=material))
+    b.lamp(area_lamp(ABOVE, (40.0, 40.0, 40.0), 1.2, 0.8, material=material, visibility=UNSEEN))
 
 
 WHITE = np.ones(3)
 LIGHTS = {
     "area": _textured_area,
     "point": lambda b: [
-        b.lamp(point_lamp(matrix((-1.2, -0.8, 1.0)), 30.0 * WHITE, 0.25)),
-        b.lamp(point_lamp(matrix((1.0, 0.2, 1.6)), (30.0, 5.0, 5.0), 0.2, soft=False)),
+        b.lamp(point_lamp(matrix((-1.2, -0.8, 1.0)), 30.0 * WHITE, 0.25, visibility=UNSEEN)),
+        b.lamp(point_lamp(matrix((1.0, 0.2, 1.6)), (30.0, 5.0, 5.0), 0.2, soft=False, visibility=UNSEEN)),
         b.lamp(point_lamp(matrix((0.2, -1.0, 1.2)), (5.0, 20.0, 5.0), 0.0)),
     ],
     "spot": lambda b: [
-        b.lamp(spot_lamp(ABOVE, 120.0 * WHITE, 0.2, 0.9, 0.4)),
+        b.lamp(spot_lamp(ABOVE, 120.0 * WHITE, 0.2, 0.9, 0.4, visibility=UNSEEN)),
         b.lamp(spot_lamp(BESIDE, (10.0, 30.0, 60.0), 0.0, 0.8, 0.2)),
     ],
     "sun": lambda b: [b.lamp(sun_lamp(ABOVE, 3.0 * WHITE, 0.1)), b.lamp(sun_lamp(BESIDE, (0.2, 0.5, 1.0), 0.0))],
