@@ -5,8 +5,9 @@ samples are drawn, is weighed by the balance heuristic, so that a sample of eith
 
     w = p̂ / (M p_light + p_bsdf)
 
-with all three by solid angle: their ratio is the same by the coordinates that a reservoir keeps. The BSDF's direction
-is the one by which the path goes on afterwards. It stands for the lights that it finds whole; of others (hidden from
+with all three by solid angle: their ratio is the same by the coordinates that a reservoir keeps. (A light sample from
+tiles is itself resampled: its 1 / p_light is a contribution weight, and MIS goes by another density.) The direction by
+the BSDF is that by which the path goes on afterwards. It stands for the lights that it finds whole; of others (hidden from
 some lobes, without shadows, without size) p_bsdf is 0 and only light samples count.
 """
 
@@ -109,7 +110,8 @@ def _light_candidates(scene, scratch, path, sp, count, r, u):
         if not light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT)):
             continue
         target, pdf = light_target(scene, sp, ls)
-        weight = target / (count * ls.pdf + (pdf if _found_by_rays(scene, ls) else 0.0))
+        by_bsdf = pdf if _found_by_rays(scene, ls) else 0.0
+        weight = target / ls.pdf * ls.mis_pdf / (count * ls.mis_pdf + by_bsdf)
         if 0.0 < weight < math.inf:
             total += weight
             chosen, u = accept(weight, total, u)
