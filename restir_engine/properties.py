@@ -24,6 +24,24 @@ def _bounces(name: str, default: int, description: str):
 class RestirSceneSettings(bpy.types.PropertyGroup):
     """Render settings of a scene."""
 
+    integrator: EnumProperty(
+        name="Integrator",
+        description="How light is found. Both give the same picture, with other noise at the same time",
+        items=(
+            ("PATH", "Path Tracing", "Paths from the camera, each on its own: the reference"),
+            ("RESTIR", "ReSTIR", "The first surfaces take their direct light from many resampled light samples"),
+        ),
+        default=DEFAULTS.integrator,
+    )
+    restir_candidates: IntProperty(
+        name="Light Samples",
+        description="Light samples that a pixel chooses from in each of its samples. More cost time and find the "
+        "lights that matter sooner; shadow rays stay one each",
+        default=DEFAULTS.restir_candidates,
+        min=1,
+        soft_max=32,
+        max=256,
+    )
     samples: IntProperty(
         name="Samples",
         description="Paths traced for each pixel of a final render. Twice the noise-free look costs four times as many",

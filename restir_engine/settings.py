@@ -46,7 +46,6 @@ class RenderSettings:
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
     restir_candidates: int = 8  # light samples a pixel and frame
-    restir_visibility: bool = True  # whether a sample is chosen for reuse by whether its light arrives
     passes: frozenset[str] = frozenset({"Combined"})
 
 

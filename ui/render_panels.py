@@ -18,6 +18,7 @@ class RESTIR_RENDER_PT_sampling(RestirPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         own, column = context.scene.restir, self.column()
+        column.prop(own, "integrator")
         column.prop(own, "samples")
         column.prop(own, "time_limit")
         row = column.row(align=True)
@@ -45,6 +46,18 @@ class RESTIR_RENDER_PT_denoising(RestirPanel, bpy.types.Panel):
         quality = column.column()
         quality.active = available and context.scene.restir.use_denoising
         quality.prop(context.scene.restir, "denoising_quality")
+
+
+class RESTIR_RENDER_PT_resampling(RestirPanel, bpy.types.Panel):
+    """Which light samples ReSTIR chooses from"""
+
+    bl_label = "Resampling"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        own, column = context.scene.restir, self.column()
+        column.active = own.integrator == "RESTIR"
+        column.prop(own, "restir_candidates")
 
 
 class RESTIR_RENDER_PT_light_paths(RestirPanel, bpy.types.Panel):
@@ -208,6 +221,7 @@ class RESTIR_VIEWLAYER_PT_override(RestirPanel, bpy.types.Panel):
 CLASSES = (
     RESTIR_RENDER_PT_sampling,
     RESTIR_RENDER_PT_denoising,
+    RESTIR_RENDER_PT_resampling,
     RESTIR_RENDER_PT_light_paths,
     RESTIR_RENDER_PT_subsurface,
     RESTIR_RENDER_PT_film,

@@ -7,8 +7,8 @@ samples are drawn, is weighed by the balance heuristic, so that a sample of eith
 
 with all three by solid angle: their ratio is the same by the coordinates that a reservoir keeps. (A light sample from
 tiles is itself resampled: its 1 / p_light is a contribution weight, and MIS goes by another density.) The direction by
-the BSDF is that by which the path goes on afterwards. It stands for the lights that it finds whole; of others (hidden from
-some lobes, without shadows, without size) p_bsdf is 0 and only light samples count.
+the BSDF is that by which the path goes on afterwards. It stands for the lights that it finds whole; of others (hidden
+from some lobes, without shadows, without size) p_bsdf is 0 and only light samples count.
 """
 
 import math

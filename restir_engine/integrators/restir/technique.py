@@ -16,5 +16,5 @@ def technique_record(settings: RenderSettings) -> np.ndarray:
     """The TECHNIQUE record (1,)."""
     record = np.zeros(1, TECHNIQUE)
     record[0]["candidates"] = settings.restir_candidates
-    record[0]["target_visibility"] = settings.restir_visibility
+    record[0]["target_visibility"] = 1
     return record
