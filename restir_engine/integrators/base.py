@@ -22,7 +22,7 @@ from ..kernels.records import (
     SCRATCH_BYTES,
 )
 from ..kernels.scatter import scatter_entries
-from ..kernels.scatter_table import CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS
+from ..kernels.scatter_table import ANALOG_ESCAPE, CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS, THICKNESS_AWARE
 from ..settings import RenderSettings, filter_table
 
 if TYPE_CHECKING:
@@ -57,8 +57,7 @@ class Integrator:
     def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self.record = integrator_record(settings, self._table)
-        options = (CYCLES_BURLEY if settings.cycles_burley_kernel else 0) | (EXACT_WALKS if settings.exact_walks else 0)
-        self._scatter = scatter_entries(scene.record["flags"], settings.sss_method, options)
+        self._scatter = _scatter_table(scene, settings)
         self._media = media_entries(scene.record["flags"])
         self.record[0]["scatter"], self.record[0]["media"] = address(self._scatter), address(self._media)
         self.record[0]["camera_in_media"] = scene.camera_may_be_in_media()
@@ -82,6 +81,16 @@ class Integrator:
         block = np.zeros(SCRATCH_BYTES + 64, np.uint8)
         start = -address(block) % 64
         return block[start : start + SCRATCH_BYTES]
+
+
+def _scatter_table(scene: Scene, settings: RenderSettings) -> np.ndarray:
+    options = (
+        (CYCLES_BURLEY if settings.cycles_burley_kernel else 0)
+        | (EXACT_WALKS if settings.exact_walks else 0)
+        | (ANALOG_ESCAPE if settings.sss_analog_escape else 0)
+        | (THICKNESS_AWARE if settings.sss_thickness_aware else 0)
+    )
+    return scatter_entries(scene.record["flags"], settings.sss_method, options)
 
 
 def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray:
