@@ -200,8 +200,8 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
             (
                 "DIFFUSE",
                 "Diffuse",
-                "A diffuse surface of the same colour: faster, but light no longer bleeds through "
-                "thin parts nor over the edges of shadows there",
+                "A diffuse surface of the same colour: faster, but other surfaces no longer get light that passed "
+                "through a thing (4 % of the red light in a white room with a waxen ball, 40 % in the ball's shadow)",
             ),
         ),
         default="AS_CYCLES",

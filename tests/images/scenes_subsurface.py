@@ -223,7 +223,7 @@ def subsurface_after_diffuse():
     kit.put("plane", wall, (-2.0, 0.0, 1.0), 2.5, rotation=(0, 90, 0))
     kit.put("ball", skin(0.3, (0.9, 0.4, 0.2)), (-0.6, 0.4, 0.8), 0.8)
     kit.put("ball", skin(0.05, JADE), (1.2, 0.6, 0.6), 0.6)
-    kit.light("AREA", 250.0, (1.5, 0.2, 3.0), (0, 0.6, 0.5), size=0.8)
+    kit.light("AREA", 60.0, (1.5, 0.2, 3.0), (0, 0.6, 0.5), size=0.8)
 
 
 if NEW:
