@@ -46,6 +46,17 @@ class RenderSettings:
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
     restir_candidates: int = 8  # light samples a pixel and frame
+    restir_temporal: bool = False  # a sample's reservoirs are reused by the next
+    restir_rounds: int = 1  # of spatial reuse
+    restir_neighbours: int = 3  # of a pixel in each round
+    restir_radius: float = 16.0  # pixels, within which they are
+    restir_confidence_cap: float = 20.0  # samples that the history counts for at most
+    restir_mis: str = "DEFENSIVE"  # BALANCE, PAIRWISE, DEFENSIVE, CONTRIBUTION, CONFIDENCE
+    restir_visibility: str = "TARGET"  # TARGET, SHADED, REUSED, ESTIMATED
+    restir_discard: bool = False  # candidates in shadow are thrown away
+    restir_near: float = 0.0  # pixels, closer than which visibility is not traced again
+    restir_by_channel: bool = False  # a reservoir for each colour channel
+    restir_history_target: str = "BEFORE"  # BEFORE, NOW
     passes: frozenset[str] = frozenset({"Combined"})
 
 

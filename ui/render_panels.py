@@ -58,6 +58,23 @@ class RESTIR_RENDER_PT_resampling(RestirPanel, bpy.types.Panel):
         own, column = context.scene.restir, self.column()
         column.active = own.integrator == "RESTIR"
         column.prop(own, "restir_candidates")
+        column.prop(own, "restir_rounds")
+        spatial = column.column(align=True)
+        spatial.active = own.restir_rounds > 0
+        spatial.prop(own, "restir_neighbours")
+        spatial.prop(own, "restir_radius")
+        column.prop(own, "restir_temporal")
+        temporal = column.column(align=True)
+        temporal.active = own.restir_temporal
+        temporal.prop(own, "restir_confidence_cap")
+        temporal.prop(own, "restir_history_target")
+        column.prop(own, "restir_mis")
+        column.prop(own, "restir_visibility")
+        column.prop(own, "restir_by_channel")
+        column.prop(own, "restir_discard")
+        near = column.column()
+        near.active = own.restir_visibility in ("REUSED", "ESTIMATED")
+        near.prop(own, "restir_near")
 
 
 class RESTIR_RENDER_PT_light_paths(RestirPanel, bpy.types.Panel):

@@ -31,7 +31,7 @@ def check(ours: np.ndarray, reference: np.ndarray) -> None:
 @pytest.mark.parametrize("name", LIGHTS)
 def test_without_reuse_direct_light_is_that_of_path(name, references):
     scene = picture_scene(name, SIZE)
-    check(frames(scene, 64, integrator="RESTIR", max_bounces=0), references(name, scene))
+    check(frames(scene, 64, integrator="RESTIR", restir_rounds=0, max_bounces=0), references(name, scene))
 
 
 def test_the_light_of_all_bounces_is_that_of_path():

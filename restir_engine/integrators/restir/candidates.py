@@ -15,7 +15,6 @@ import math
 
 from ...kernels import rng
 from ...kernels.direct import LOBE_RAYS, lit_bsdf, lobe_sum
-from ...kernels.emission import luminance
 from ...kernels.interaction import offset_origin, surface_point
 from ...kernels.intersect import intersect
 from ...kernels.jit import device, inlined, kernel
@@ -36,7 +35,8 @@ from ...kernels.lobes import (
     bsdf_has_eval,
     bsdf_sample,
 )
-from ...kernels.path_state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags, visibility
+from ...kernels.path_state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags
+from ...kernels.path_state import visibility as ray_visibility
 from ...kernels.records import (
     LIGHT_HITTABLE,
     LIGHT_SAMPLE_DELTA,
@@ -52,34 +52,28 @@ from ...kernels.records import (
     light_sample_at,
     material_at,
     path_at,
-    shading_point_at,
 )
 from ...kernels.shader_vm import shader_eval
-from ...kernels.shadow import transmittance
 from ...kernels.vec import max3, mul, normalize, vec
 from ...kernels.warp import octahedral
 from ...kernels.world import world_pdf
 from ..path import tile_point
+from .options import TARGET
 from .reservoir import accept, clear, contribution_weight, reservoir_at
+from .reuse import reservoirs_of
+from .target import brightness, masked, point_at, target_of_light, unshadowed, visibility
+from .visibility import keep
 
 # Key of the candidates' random numbers, and their dimensions.
 _CANDIDATES = 0x43414E44
 _DIM_LIGHT, _DIM_POINT, _DIM_CHOICE = 0, 1, 2
 
-_ALL_OF_IT = (1.0, 1.0, 1.0)
-
 
 @inlined
-def brightness(c):
-    """p̂ of a contribution: its luminance; light that is taken away counts as much as light that is given."""
-    return luminance(abs(c[0]), abs(c[1]), abs(c[2]))
-
-
-@inlined
-def light_target(scene, sp, ls):
+def light_target(scene, reuse, sp, ls):
     """(p̂ by solid angle without visibility, the BSDF's density) of a LIGHT_SAMPLE at sp."""
     f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
-    return brightness(mul(lobe_sum(f), vec(ls.radiance))), pdf
+    return brightness(reuse, mul(lobe_sum(f), vec(ls.radiance))), pdf
 
 
 @inlined
@@ -91,7 +85,9 @@ def _found_by_rays(scene, ls):
 
 
 @inlined
-def _keep(r, source, primitive, u, v):
+def _keep(r, source, primitive, u, v, ratio):
+    """ratio: the density of the BSDF's direction by that of the light samples; 0 for what a ray has found."""
+    r.bsdf_ratio = ratio
     r.source = source
     r.primitive = primitive
     r.u = u
@@ -99,8 +95,9 @@ def _keep(r, source, primitive, u, v):
 
 
 @inlined
-def _light_candidates(scene, scratch, path, sp, count, r, u):
-    """Stream `count` light samples through a reservoir: (sum of weights, what is left of the random number u)."""
+def _light_candidates(scene, reuse, scratch, path, sp, r, u):
+    """Stream light samples through a reservoir: (sum of weights, what is left of the random number u)."""
+    count = reuse.candidates
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     key = rng.hash_combine(path.key, _CANDIDATES)
     total = 0.0
@@ -109,46 +106,46 @@ def _light_candidates(scene, scratch, path, sp, count, r, u):
         u0, u1 = rng.sample2(key, index, _DIM_POINT)
         if not light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT)):
             continue
-        target, pdf = light_target(scene, sp, ls)
-        by_bsdf = pdf if _found_by_rays(scene, ls) else 0.0
-        weight = target / ls.pdf * ls.mis_pdf / (count * ls.mis_pdf + by_bsdf)
+        target, pdf = light_target(scene, reuse, sp, ls)
+        ratio = pdf / (count * ls.mis_pdf) if _found_by_rays(scene, ls) else 0.0
+        weight = target / (ls.pdf * count * (1.0 + ratio))
         if 0.0 < weight < math.inf:
             total += weight
             chosen, u = accept(weight, total, u)
             if chosen:
                 source, primitive, x, y = point_of_sample(scene, sp, ls)
-                _keep(r, source, primitive, x, y)
+                _keep(r, source, primitive, x, y, ratio)
     return total, u
 
 
 @device
-def _found(scene, scratch, sp, count, r, total, u, source, primitive, x, y, light_pdf):
+def _found(scene, reuse, scratch, sp, r, total, u, source, primitive, x, y, light_pdf):
     """Stream a light that the BSDF's ray found: (sum of weights, u)."""
     if not (light_pdf > 0.0 and light_point(scene, sp, scratch, source, primitive, x, y)):
         return total, u
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     if not _found_by_rays(scene, ls):
         return total, u
-    target, pdf = light_target(scene, sp, ls)
-    weight = target / (count * light_pdf + pdf)
+    target, pdf = light_target(scene, reuse, sp, ls)
+    weight = target / (reuse.candidates * light_pdf + pdf)
     if not 0.0 < weight < math.inf:
         return total, u
     total += weight
     chosen, u = accept(weight, total, u)
     if chosen:
-        _keep(r, source, primitive, x, y)
+        _keep(r, source, primitive, x, y, 0.0)
     return total, u
 
 
 @device
-def _found_lamp(scene, scratch, sp, count, r, total, u, light, o, d, t):
+def _found_lamp(scene, reuse, scratch, sp, r, total, u, light, o, d, t):
     _, _, _, pdf = light_radiance(scene, scratch, sp, light, o, d, t)
     x, y = point_of_lamp(scene, light, o, d, t)
-    return _found(scene, scratch, sp, count, r, total, u, light, POINT_ON_LAMP, x, y, pdf)
+    return _found(scene, reuse, scratch, sp, r, total, u, light, POINT_ON_LAMP, x, y, pdf)
 
 
 @device
-def _bsdf_candidate(scene, integrator, scratch, path, sp, count, r, total, u):
+def _bsdf_candidate(scene, integrator, reuse, scratch, path, sp, r, total, u):
     """Stream what the path's next ray finds: (sum of weights, u)."""
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
@@ -161,25 +158,25 @@ def _bsdf_candidate(scene, integrator, scratch, path, sp, count, r, total, u):
     point = tile_point(scratch)
     tmin = 0.0
     for _ in range(integrator.transparent_bounces - path.transparent_bounce + 1):
-        t, instance, primitive, x, y = intersect(scene, scratch, o, d, tmin, FAR, visibility(flags))
+        t, instance, primitive, x, y = intersect(scene, scratch, o, d, tmin, FAR, ray_visibility(flags))
         for _ in range(scene.n_lights):
             light, distance = lights_intersect(scene, o, d, tmin, t, flags)
             if light < 0:
                 break
-            total, u = _found_lamp(scene, scratch, sp, count, r, total, u, light, o, d, distance)
+            total, u = _found_lamp(scene, reuse, scratch, sp, r, total, u, light, o, d, distance)
             tmin = next_after(distance)
         if instance < 0:
             light = sun_next(scene, d, 0, flags)
             while light >= 0:
-                total, u = _found_lamp(scene, scratch, sp, count, r, total, u, light, o, d, FAR)
+                total, u = _found_lamp(scene, reuse, scratch, sp, r, total, u, light, o, d, FAR)
                 light = sun_next(scene, d, light + 1, flags)
             x, y = octahedral(d)
             density = world_pdf(scene, d)
-            return _found(scene, scratch, sp, count, r, total, u, 0, POINT_ON_WORLD, x, y, density)
+            return _found(scene, reuse, scratch, sp, r, total, u, 0, POINT_ON_WORLD, x, y, density)
         surface_point(scene, point, instance, primitive, x, y, t, d)
         if instance_at(scene.instances, instance).lights >= 0:
             density = triangle_pdf(scene, point, vec(sp.p))
-            total, u = _found(scene, scratch, sp, count, r, total, u, instance, primitive, x, y, density)
+            total, u = _found(scene, reuse, scratch, sp, r, total, u, instance, primitive, x, y, density)
         if material_at(scene.materials, point.material).flags & MATERIAL_TRANSPARENT == 0:
             return total, u
         flags |= RAY_TRANSPARENT
@@ -192,48 +189,43 @@ def _bsdf_candidate(scene, integrator, scratch, path, sp, count, r, total, u):
 
 
 @inlined
-def _settle(scene, integrator, technique, scratch, path, sp, r, total):
-    """Give the chosen sample its p̂ and W; with visibility in p̂, a blocked one becomes a null sample."""
+def _settle(scene, integrator, reuse, frame, scratch, pixel, sp, r, total):
+    """Give the chosen sample its p̂, V and W; one that is found in shadow becomes a null sample where that is wanted."""
     if total <= 0.0:
         return
-    if not light_point(scene, sp, scratch, int(r.source), int(r.primitive), 1.0 * r.u, 1.0 * r.v):
-        return
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    wi = vec(ls.wi)
-    f, _ = lit_bsdf(scene, sp, wi, ls.visibility)
-    c = mul(lobe_sum(f), vec(ls.radiance))
-    density = ls.pdf
-    target = brightness(c) / density
-    r.contribution_weight = contribution_weight(total, target)
-    r.target = target
-    if technique.target_visibility == 0:
-        return
-    v = _ALL_OF_IT
-    if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        v = transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p))
-    r.visibility[0] = v[0]
-    r.visibility[1] = v[1]
-    r.visibility[2] = v[2]
-    r.target = brightness(mul(c, v)) / density
-    if max3(v) <= 0.0:
-        r.contribution_weight = 0.0
+    f = unshadowed(scene, sp, scratch, int(r.source), int(r.primitive), float(r.u), float(r.v))
+    r.target = target_of_light(reuse, f)
+    w = contribution_weight(total, float(r.target))
+    if r.target > 0.0:
+        v = visibility(scene, integrator, frame, scratch, pixel)
+        keep(r, v)
+        seen = target_of_light(reuse, masked(f, v))
+        if reuse.visibility == TARGET:
+            r.target = seen
+        elif max3(v) <= 0.0:
+            # No ray by the BSDF can have found it: light samples alone stand for it (contribution MIS, eq. 7.1).
+            w *= 1.0 + r.bsdf_ratio
+        if seen <= 0.0 and (reuse.visibility == TARGET or reuse.discard != 0):
+            w = 0.0
+    r.contribution_weight = w
 
 
 @kernel
-def candidates_tile(scene, integrator, technique, frame, scratch, x0, y0, x1, y1):
+def candidates_tile(scene, integrator, reuse, frame, scratch, x0, y0, x1, y1):
     """Fill the reservoirs of a tile."""
+    start = reservoirs_of(frame, reuse, frame.reservoirs)
     for y in range(y0, y1):
         for x in range(x0, x1):
             index = y * frame.width + x
-            r = reservoir_at(frame.reservoirs, index)
+            r = reservoir_at(start, index)
             clear(r, 1.0)
-            sp = shading_point_at(frame.points, index)
+            sp = point_at(frame, index)
             if sp.instance < 0 or not bsdf_has_eval(sp):
                 continue
             path = path_at(frame.paths, index)
             key = rng.hash_combine(path.key, _CANDIDATES)
             u = rng.sample1(key, path.sample, _DIM_CHOICE)
             r.seed = rng.hash_combine(key, path.sample)
-            total, u = _light_candidates(scene, scratch, path, sp, technique.candidates, r, u)
-            total, _ = _bsdf_candidate(scene, integrator, scratch, path, sp, technique.candidates, r, total, u)
-            _settle(scene, integrator, technique, scratch, path, sp, r, total)
+            total, u = _light_candidates(scene, reuse, scratch, path, sp, r, u)
+            total, _ = _bsdf_candidate(scene, integrator, reuse, scratch, path, sp, r, total, u)
+            _settle(scene, integrator, reuse, frame, scratch, index, sp, r, total)

@@ -30,11 +30,11 @@ frame_at = record_at(FRAME)
 class Frame:
     """Owner of what FRAME points to. `bytes_per_pixel` without closures, which take 240 bytes each."""
 
-    def __init__(self, width: int, height: int, channels: int) -> None:
+    def __init__(self, width: int, height: int, channels: int, layers: int = 1) -> None:
         self.points = np.zeros((height, width), SHADING_POINT)
         self.points["instance"] = -1
         self.paths = np.zeros((height, width), PATH)
-        self._reservoirs = [np.zeros((height, width), RESERVOIR) for _ in range(2)]
+        self._reservoirs = [np.zeros((layers, height, width), RESERVOIR) for _ in range(2)]
         self.pixels = np.zeros((height, width, channels), np.float32)
         self.light = np.zeros((height, width, 9), np.float32)
         self.camera = np.zeros(1, CAMERA)
@@ -53,7 +53,7 @@ class Frame:
 
     @property
     def reservoirs(self) -> np.ndarray:
-        """RESERVOIR (height, width): those that the next pass reads."""
+        """RESERVOIR (layers, height, width): those that the next pass reads."""
         return self._reservoirs[0]
 
     def use_reservoirs(self, turn: int = 1) -> None:

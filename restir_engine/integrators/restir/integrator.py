@@ -13,33 +13,58 @@ from ..base import Integrator, Stage, Tile
 from .candidates import candidates_tile
 from .frame import Frame
 from .gbuffer import gbuffer_tile
+from .passes import NO_TILE, Passes, ReusePlan, plan_of
 from .shade import film_tile, shade_tile
-from .technique import technique_record
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
 
-NO_TILE = (0, 0, 0, 0)
-
 
 class RestirIntegrator(Integrator):
-    """The kernels of RESTIR with a scene, settings and a film."""
+    """The kernels of RESTIR with a scene, settings and a film.
+
+    plan: which reuse there is, where not as the settings say. passes: those of the integrator of the frame before,
+    whose history goes on here.
+    """
 
     max_batch = 1
 
-    def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        settings: RenderSettings,
+        film: Film,
+        plan: ReusePlan | None = None,
+        passes: Passes | None = None,
+    ) -> None:
         super().__init__(scene, settings, film)
         scene.lights.prepare_reuse(scene)
-        self.technique = technique_record(settings)
-        self.frame = Frame(film.width, film.height, film.pixels.shape[2])
+        self.passes = passes or Passes(plan or plan_of(settings))
+        self.frame = self._new_frame()
+        self._seed = settings.seed
         scratch = self.scratch()
         for stage in self.stages(0, 0):
             stage.run(NO_TILE, scratch)  # compiles, or loads from the cache
+        self.passes.load(scene, self.camera, self.record, self.frame, scratch)
+
+    def _new_frame(self) -> Frame:
+        film = self.film
+        return Frame(film.width, film.height, film.pixels.shape[2], len(self.passes.reuse))
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a frame."""
         self._sample = first_sample
-        return [Stage(self._gbuffer), Stage(self._candidates), Stage(self._shade), Stage(self._film, finish=self.warn)]
+        self.passes.use_seed((self._seed * 0x9E3779B1 + first_sample) & 0xFFFFFFFF)
+        reuse = self.passes.stages(self.scene, self.camera, self.record, self.frame)
+        self.frame.record["light"] = address(self.frame.light) if reuse else 0
+        shading = [Stage(self._shade), Stage(self._film, finish=self._finish)]
+        return [Stage(self._gbuffer), Stage(self._candidates), *reuse, *shading]
+
+    def _finish(self) -> None:
+        """A finished frame is history to the next."""
+        self.warn()
+        if self.passes.plan.temporal:
+            self.frame = self.passes.remember(self.scene, self.camera, self.frame) or self._new_frame()
 
     def _gbuffer(self, tile: Tile, scratch: np.ndarray) -> None:
         scene, frame = self.scene, self.frame
@@ -54,8 +79,8 @@ class RestirIntegrator(Integrator):
                 return
 
     def _candidates(self, tile: Tile, scratch: np.ndarray) -> None:
-        args = (self.scene.record, self.record[0], self.technique[0], self.frame.record, address(scratch))
-        candidates_tile(*args, *tile)
+        for reuse in self.passes.reuse:
+            candidates_tile(self.scene.record, self.record[0], reuse[0], self.frame.record, address(scratch), *tile)
 
     def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
         args = (self.scene.record, self.camera[0], self.record[0], self.film.record, self.frame.record)

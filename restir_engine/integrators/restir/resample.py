@@ -63,6 +63,13 @@ def weight_of(table, i):
 
 
 @inlined
+def contribution_of(table, i):
+    """W |T'| of candidate i where it counts: 0 where its target is."""
+    row = _COLUMNS * i
+    return load_f64(table, row + _CONTRIBUTION) if load_f64(table, row + _TARGET) > 0.0 else 0.0
+
+
+@inlined
 def target_of(table, i):
     """p̂(y_i)."""
     return load_f64(table, _COLUMNS * i + _TARGET)

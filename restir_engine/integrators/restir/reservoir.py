@@ -22,7 +22,7 @@ RESERVOIR = np.dtype(
         ("contribution_weight", np.float32),  # W, an unbiased estimate of 1/pdf; 0: a null sample
         ("confidence", np.float32),  # how many independent samples it is worth
         ("target", np.float32),  # p̂ of the sample in its own pixel
-        ("distance", np.float32),  # pixels from where the sample's visibility was traced
+        ("bsdf_ratio", np.float32),  # p_bsdf / p_lights of the one kept, while candidates are drawn
         ("visibility", np.float32, (3,)),  # V̄, by colour channel or three times the same
         ("padding", np.int32),
     ]
@@ -55,7 +55,7 @@ def clear(reservoir, confidence):
     reservoir.contribution_weight = 0.0
     reservoir.confidence = confidence
     reservoir.target = 0.0
-    reservoir.distance = 0.0
+    reservoir.bsdf_ratio = 0.0
     reservoir.visibility[0] = UNKNOWN
     reservoir.visibility[1] = 0.0
     reservoir.visibility[2] = 0.0

@@ -1,0 +1,126 @@
+"""The passes of reuse between candidates and shading, and the history that a frame leaves to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...kernels.memory import address
+from ..base import Stage, Tile
+from .frame import Frame
+from .motion import Motion
+from .options import reuse_record
+from .spatial import spatial_tile
+from .temporal import temporal_tile
+
+if TYPE_CHECKING:
+    from ...scene.scene import Scene
+    from ...settings import RenderSettings
+
+NO_TILE = (0, 0, 0, 0)
+CHANNELS = (0, 1, 2)
+# Fields of REUSE that are settings, there with `restir_` in front.
+_OPTIONS = (
+    "candidates",
+    "mis",
+    "confidence_cap",
+    "neighbours",
+    "radius",
+    "visibility",
+    "discard",
+    "near",
+    "history_target",
+)
+
+
+@dataclass(frozen=True)
+class ReusePlan:
+    """Which reuse there is: temporal or not, rounds of spatial reuse, one reservoir a channel or one for all.
+
+    `options` are the fields of REUSE by name, see `options.reuse_record`.
+    """
+
+    temporal: bool = False
+    rounds: int = 0
+    by_channel: bool = False
+    options: dict = field(default_factory=dict)
+
+
+def plan_of(settings: RenderSettings) -> ReusePlan:
+    """The reuse that the settings ask for."""
+    return ReusePlan(
+        settings.restir_temporal,
+        settings.restir_rounds,
+        settings.restir_by_channel,
+        {name: getattr(settings, f"restir_{name}") for name in _OPTIONS},
+    )
+
+
+class Passes:
+    """Temporal and spatial reuse of one scene's frames; kept from frame to frame, it holds the frame before.
+
+    The frame before is that of the sample before; where a scene has taken another's place, it is that scene's last.
+    """
+
+    def __init__(self, plan: ReusePlan) -> None:
+        self.plan = plan
+        self.reuse = [
+            reuse_record(channel=channel, **plan.options) for channel in (CHANNELS if plan.by_channel else (-1,))
+        ]
+        self._before: tuple[Scene, np.ndarray, Frame] | None = None
+        self._motion: tuple[Scene, Scene, Motion] | None = None
+
+    def use_seed(self, seed: int) -> None:
+        """Let this frame draw from its own random numbers."""
+        for record in self.reuse:
+            record[0]["seed"] = seed
+
+    def remember(self, scene: Scene, camera: np.ndarray, frame: Frame) -> Frame | None:
+        """Make a finished frame the one before; the frame that was it, whose arrays may be used again."""
+        old = self._before[2] if self._before else None
+        self._before = (scene, camera.copy(), frame)
+        return old
+
+    def stages(self, scene: Scene, camera: np.ndarray, integrator: np.ndarray, frame: Frame) -> list[Stage]:
+        """The stages that take frame.reservoirs from candidates to what is shaded."""
+        found = []
+        run = partial(self._each, scene, camera, integrator, frame)
+        if self.plan.temporal and self._before:
+            self._follow(scene, self._before[0])
+            found.append(Stage(partial(run, self._temporal), finish=frame.use_reservoirs))
+        for turn in range(self.plan.rounds):
+            last = turn == self.plan.rounds - 1
+            found.append(Stage(partial(run, partial(self._spatial, turn, last)), finish=frame.use_reservoirs))
+        return found
+
+    def load(self, scene: Scene, camera: np.ndarray, integrator: np.ndarray, frame: Frame, scratch: np.ndarray) -> None:
+        """Compile the kernels that the plan needs, or load them from the cache."""
+        kept = self._before
+        self._before = self._before or (scene, camera, frame)
+        for stage in self.stages(scene, camera, integrator, frame):
+            stage.run(NO_TILE, scratch)
+        self._before = kept
+
+    def _each(self, scene, camera, integrator, frame, step, tile: Tile, scratch: np.ndarray) -> None:
+        for reuse in self.reuse:
+            step(scene.record, camera[0], integrator[0], frame, reuse[0], address(scratch), tile)
+
+    def _spatial(self, turn, last, scene, camera, integrator, frame, reuse, scratch, tile) -> None:
+        spatial_tile(scene, camera, integrator, frame.record, reuse, scratch, *tile, turn, int(last))
+
+    def _temporal(self, scene, camera, integrator, frame, reuse, scratch, tile) -> None:
+        scene_before, camera_before, before = self._before
+        last = int(self.plan.rounds == 0)
+        temporal_tile(
+            scene, camera, integrator, frame.record, scene_before.record, camera_before[0], before.record,
+            self._motion[2].record, reuse,
+            scratch, *tile, last,
+        )  # fmt: skip
+
+    def _follow(self, now: Scene, before: Scene) -> None:
+        """See to it that the motion between these two is known."""
+        if self._motion is None or self._motion[0] is not now or self._motion[1] is not before:
+            self._motion = (now, before, Motion(now, before))

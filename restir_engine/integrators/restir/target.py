@@ -1,0 +1,93 @@
+"""The integrand of direct light and the target p̂ that resampling strives for, of a light's point at any vertex."""
+
+import math
+
+from ...kernels.direct import lit_bsdf, lobe_sum
+from ...kernels.jit import device, inlined
+from ...kernels.lights import light_point
+from ...kernels.memory import load_f64, store_f64
+from ...kernels.records import LIGHT_SAMPLE_NO_SHADOW, SCRATCH_LIGHT_SAMPLE, light_sample_at, path_at, shading_point_at
+from ...kernels.shadow import transmittance
+from ...kernels.vec import vec
+from .reservoir import NOTHING
+
+
+@inlined
+def point_at(frame, pixel):
+    """The SHADING_POINT of a pixel; its instance is -1 where there is none."""
+    return shading_point_at(frame.points, pixel)
+
+
+@device
+def unshadowed(scene, sp, scratch, source, primitive, u, v):
+    """f without visibility at sp of a light's point (kernels.lights.places): 9 floats by class of lobes.
+
+    By the measure of these coordinates. Leaves the LIGHT_SAMPLE in scratch, for `visibility`.
+    """
+    nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if primitive == NOTHING or not light_point(scene, sp, scratch, source, primitive, u, v):
+        return nothing
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    f, _ = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
+    r = ls.radiance[0] / ls.pdf
+    g = ls.radiance[1] / ls.pdf
+    b = ls.radiance[2] / ls.pdf
+    f = (f[0] * r, f[1] * g, f[2] * b, f[3] * r, f[4] * g, f[5] * b, f[6] * r, f[7] * g, f[8] * b)
+    rgb = lobe_sum(f)
+    return f if math.isfinite(rgb[0] + rgb[1] + rgb[2]) else nothing
+
+
+@device
+def visibility(scene, integrator, frame, scratch, pixel):
+    """V by channel between a pixel's vertex and the LIGHT_SAMPLE in scratch, through this scene."""
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    if ls.flags & LIGHT_SAMPLE_NO_SHADOW:
+        return (1.0, 1.0, 1.0)
+    path = path_at(frame.paths, pixel)
+    return transmittance(scene, integrator, scratch, path, point_at(frame, pixel), vec(ls.wi), ls.distance, vec(ls.p))
+
+
+@inlined
+def masked(f, v):
+    """Nine floats by class of lobes, times V by channel."""
+    return (
+        f[0] * v[0], f[1] * v[1], f[2] * v[2], f[3] * v[0], f[4] * v[1], f[5] * v[2], f[6] * v[0], f[7] * v[1],
+        f[8] * v[2],
+    )  # fmt: skip
+
+
+@inlined
+def brightness(reuse, rgb):
+    """p̂ of a contribution: its channels by REUSE.weights; light that is taken away counts as much as light given."""
+    return reuse.weights[0] * abs(rgb[0]) + reuse.weights[1] * abs(rgb[1]) + reuse.weights[2] * abs(rgb[2])
+
+
+@inlined
+def target_of_light(reuse, f):
+    """p̂ of nine floats by class of lobes."""
+    return brightness(reuse, lobe_sum(f))
+
+
+@inlined
+def load9(address, index):
+    """The index-th nine float64 at an address."""
+    i = 9 * index
+    return (
+        load_f64(address, i), load_f64(address, i + 1), load_f64(address, i + 2), load_f64(address, i + 3),
+        load_f64(address, i + 4), load_f64(address, i + 5), load_f64(address, i + 6), load_f64(address, i + 7),
+        load_f64(address, i + 8),
+    )  # fmt: skip
+
+
+@inlined
+def store9(address, index, f):
+    i = 9 * index
+    store_f64(address, i, f[0])
+    store_f64(address, i + 1, f[1])
+    store_f64(address, i + 2, f[2])
+    store_f64(address, i + 3, f[3])
+    store_f64(address, i + 4, f[4])
+    store_f64(address, i + 5, f[5])
+    store_f64(address, i + 6, f[6])
+    store_f64(address, i + 7, f[7])
+    store_f64(address, i + 8, f[8])
