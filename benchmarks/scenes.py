@@ -82,6 +82,25 @@ def million_triangles() -> None:
     kit.lamp()
 
 
+def lanterns(count: int = 400) -> None:
+    """Coloured lamps of unlike power all about diffuse and subsurface scattering objects."""
+    random = np.random.default_rng(11)
+    wax = kit.principled(Base_Color=(0.9, 0.6, 0.4, 1), Subsurface_Weight=1.0, Subsurface_Radius=(0.3, 0.12, 0.06))
+    kit.floor(size=6.0)
+    kit.put("monkey", kit.diffuse((0.8, 0.5, 0.3)), (-1.5, 0.2, 0.9), 0.8)
+    kit.put("ball", wax, (0.2, 0.6, 0.7), 0.7)
+    kit.put("monkey", wax, (1.7, -0.2, 0.8), 0.7)
+    kit.put("cube", kit.diffuse((0.4, 0.6, 0.8)), (0.2, -1.4, 0.3), 0.3, rotation=(0, 0, 30))
+    for place, hue, power in zip(
+        random.uniform((-4, -3, 0.15), (4, 4, 3), (count, 3)),
+        random.random(count),
+        random.lognormal(0.0, 1.0, count),
+        strict=True,
+    ):
+        color = [0.5 + 0.5 * np.cos(2.0 * np.pi * (hue + shift / 3.0)) for shift in range(3)]
+        kit.light("POINT", 0.6 * power, place, shadow_soft_size=0.03, color=color)
+
+
 def _scene(build: Callable[[], None], size: tuple[int, int], bounces: int) -> Scene:
     limits = dict.fromkeys(("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"), bounces)
     return Scene(build.__name__, build, 0, 1, size, limits)
@@ -89,6 +108,6 @@ def _scene(build: Callable[[], None], size: tuple[int, int], bounces: int) -> Sc
 
 def prepare(name: str, size: tuple[int, int] = (640, 360)) -> None:
     """Build the scene of this name in an empty file."""
-    builds = {"diffuse": (diffuse, 4), "all_lobes": (all_lobes, 8), "million_triangles": (million_triangles, 4)}
+    builds = {"diffuse": (diffuse, 4), "all_lobes": (all_lobes, 8), "million_triangles": (million_triangles, 4), "lanterns": (lanterns, 4)}
     build, bounces = builds[name]
     render.prepare(_scene(build, size, bounces))
