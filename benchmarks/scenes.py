@@ -108,6 +108,11 @@ def _scene(build: Callable[[], None], size: tuple[int, int], bounces: int) -> Sc
 
 def prepare(name: str, size: tuple[int, int] = (640, 360)) -> None:
     """Build the scene of this name in an empty file."""
-    builds = {"diffuse": (diffuse, 4), "all_lobes": (all_lobes, 8), "million_triangles": (million_triangles, 4), "lanterns": (lanterns, 4)}
+    builds = {
+        "diffuse": (diffuse, 4),
+        "all_lobes": (all_lobes, 8),
+        "million_triangles": (million_triangles, 4),
+        "lanterns": (lanterns, 4),
+    }
     build, bounces = builds[name]
     render.prepare(_scene(build, size, bounces))

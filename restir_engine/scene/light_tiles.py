@@ -8,7 +8,14 @@ from ..kernels import records as rec
 from ..kernels.lights.tiles import fill_tiles, sample_tiles
 from ..kernels.memory import address
 
-TILES, SIZE, CANDIDATES = 64, 1024, 16
+# Measured: with 32 candidates the choice among 400 lamps costs no more than PATH's own and is as good.
+SIZE, CANDIDATES = 1024, 32
+_FEWEST, _MOST, _PIXELS = 4, 64, 2048
+
+
+def tile_count(pixels: int) -> int:
+    """How many tiles a film needs: filling them must not cost more than their use."""
+    return min(max(pixels // _PIXELS, _FEWEST), _MOST)
 
 
 class LightTiles:
@@ -17,7 +24,7 @@ class LightTiles:
     Before each frame all tiles are to be filled. A later commit of the scene needs another object.
     """
 
-    def __init__(self, scene, tiles: int = TILES, size: int = SIZE, candidates: int = CANDIDATES) -> None:
+    def __init__(self, scene, tiles: int = _MOST, size: int = SIZE, candidates: int = CANDIDATES) -> None:
         self.count = tiles
         self._scene = scene
         self._entries = np.zeros(tiles * size, rec.TILE_ENTRY)

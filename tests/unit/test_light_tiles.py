@@ -30,19 +30,20 @@ def mixed():
 SCENES = SCENES | {"mixed": mixed}
 
 
-def through(samples, both=False):
-    """Irradiance that samples estimate, rgb."""
-    cos = np.abs(samples[..., 3]) if both else np.maximum(samples[..., 3], 0.0)
+def through(samples, closures=1):
+    """Irradiance that samples estimate, from above, from both sides (2) or without a surface (0), rgb."""
+    z = samples[..., 3]
+    cos = (np.ones_like(z), np.maximum(z, 0.0), np.abs(z))[closures]
     pdf = np.where(samples[..., 4] > 0.0, samples[..., 4], 1.0)
     return samples[..., 5:8] * (samples[..., 0] * cos / pdf)[..., None]
 
 
-@pytest.mark.parametrize("both", [False, True])
+@pytest.mark.parametrize("closures", [0, 1, 2])
 @pytest.mark.parametrize("name", SCENES)
-def test_mean_is_that_of_light_samples(name, both):
+def test_mean_is_that_of_light_samples(name, closures):
     scene = SCENES[name]()
-    direct = through(resample(scene, PLACE, 40_000, both=both), both)
-    frames = through(from_tiles(scene, PLACE, 400, 50, both=both), both).mean(axis=1)
+    direct = through(resample(scene, PLACE, 40_000, closures=closures), closures)
+    frames = through(from_tiles(scene, PLACE, 400, 50, closures=closures), closures).mean(axis=1)
     error = np.sqrt(direct.var(axis=0) / len(direct) + frames.var(axis=0) / len(frames))
     assert (direct.mean(axis=0) > 0.0).all() or "spread" in name or "narrow" in name
     assert (np.abs(direct.mean(axis=0) - frames.mean(axis=0)) < 4.0 * error + 1e-3 * direct.mean(axis=0)).all()

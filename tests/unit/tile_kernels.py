@@ -21,17 +21,17 @@ from restir_engine.scene.light_tiles import LightTiles
 
 
 @kernel
-def resample_kernel(scene, scratch, x, y, z, both, seed, n, out):
+def resample_kernel(scene, scratch, x, y, z, closures, seed, n, out):
     """n light samples for a surface at (x, y, z) that looks up: [drawn, wi, pdf, radiance, mis pdf, light] each.
 
-    both: the surface lets light through as well.
+    closures: 1: a surface that reflects; 2: lets light through as well; 0: a point of a medium.
     """
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
     put(sp.p, (x, y, z))
     for normal in (sp.n, sp.ng, sp.wo):
         put(normal, (0.0, 0.0, 1.0))
     sp.closures = scratch + SCRATCH_CLOSURES
-    sp.n_closures = 1 + both
+    sp.n_closures = closures
     for i in range(2):
         c = closure_at(sp.closures, i)
         c.kind = LOBE_LAMBERT if i == 0 else LOBE_TRANSLUCENT
@@ -52,21 +52,21 @@ def resample_kernel(scene, scratch, x, y, z, both, seed, n, out):
             store_f64(out, row + 9, float(ls.light))
 
 
-def resample(scene, point, n, seed=1, both=False) -> np.ndarray:
+def resample(scene, point, n, seed=1, closures=1) -> np.ndarray:
     """Light samples (n, 10) of a scene, from its tiles when it has some."""
     out = np.zeros((n, 10))
     memory = scratch_memory()
-    start = (scene.record, address(memory), *map(float, point), int(both), seed)
+    start = (scene.record, address(memory), *map(float, point), closures, seed)
     resample_kernel(*start, n, address(out))
     return out
 
 
-def from_tiles(scene, point, frames, per_frame, candidates=8, both=False) -> np.ndarray:
+def from_tiles(scene, point, frames, per_frame, candidates=8, closures=1) -> np.ndarray:
     """Samples (frames, per_frame, 10), each frame from tiles of its own."""
     tiles = LightTiles(scene, 4, 64, candidates)
     out = np.zeros((frames, per_frame, 10))
     for frame in range(frames):
         tiles.fill(frame, scratch_memory())
-        out[frame] = resample(scene, point, per_frame, 1000 + frame, both)
+        out[frame] = resample(scene, point, per_frame, 1000 + frame, closures)
     tiles.release()
     return out

@@ -66,6 +66,9 @@ _UNSEEN, _LEAST = 0.05, 1e-6
 # The same of a lamp with a size, which is weighed by its centre: share of a lamp behind the surface, outside its cone.
 _BEHIND = 0.02
 
+# What receives light: a Lambert lobe alone, for which a cosine is enough; any lobes; a point of a medium.
+_LAMBERT, _LOBES, _VOLUME = 0, 1, 2
+
 
 # Drawing ------------------------------------------------------------------------------------------------
 
@@ -270,21 +273,25 @@ def _arrival(e, o):
 
 
 @inlined
-def _is_lambert(sp):
-    return sp.n_closures == 1 and closure_at(sp.closures, 0).kind == LOBE_LAMBERT
+def _response(sp):
+    if sp.n_closures == 0:
+        return _VOLUME
+    return _LAMBERT if sp.n_closures == 1 and closure_at(sp.closures, 0).kind == LOBE_LAMBERT else _LOBES
 
 
 @inlined
-def unshadowed(scene, sp, e, lambert):
+def unshadowed(scene, sp, e, response):
     """The target: about the luminance that an entry sends through sp without shadow; 0 only where there is none.
 
-    lambert: sp has nothing but a Lambert lobe, for which a cosine is enough.
+    response: what receives the light, `_response(sp)`.
     """
     d, arriving = _arrival(e, vec(sp.p))
     if arriving <= 0.0:
         return 0.0
+    if response == _VOLUME:
+        return luminance(e.power[0], e.power[1], e.power[2]) * arriving
     loose = e.shape == SHAPE_BALL or e.shape == SHAPE_CONE
-    if lambert:
+    if response == _LAMBERT:
         c = closure_at(sp.closures, 0)
         cos = max(dot(vec(c.n), d), _BEHIND if loose else 0.0) * arriving
         return luminance(c.weight[0] * e.power[0], c.weight[1] * e.power[1], c.weight[2] * e.power[2]) * cos
@@ -301,14 +308,14 @@ def choose_entry(scene, sp, u0, u1, u2):
     tiles = light_tiles_at(light_table_at(scene.light_table, 0).tiles, 0)
     start = min(int(u1 * tiles.n_tiles), tiles.n_tiles - 1) * tiles.size
     at = min(int(u2 * tiles.size), tiles.size - 1)
-    lambert = _is_lambert(sp)
+    response = _response(sp)
     total = 0.0
     chosen = -1
     target = 0.0
     for _ in range(tiles.candidates):
         e = tile_entry_at(tiles.entries, start + at)
         if e.pdf > 0.0:
-            t = unshadowed(scene, sp, e, lambert)
+            t = unshadowed(scene, sp, e, response)
             if t > 0.0:
                 w = t / e.pdf
                 total += w
