@@ -125,7 +125,10 @@ class Session:
             return False
         threads = self.settings.threads or os.cpu_count() or 1
         with ThreadPoolExecutor(threads, "restir") as pool:
-            finished = self._accumulate(integrator, pool, threads, start, cancelled, on_progress, on_frame)
+            try:
+                finished = self._accumulate(integrator, pool, threads, start, cancelled, on_progress, on_frame)
+            finally:
+                integrator.close()
         if self.settings.use_denoising and self.film.samples and not self._cancel.is_set():
             self._report("Denoising", start, on_progress)
             self.denoised = denoise(self.film, self.settings.denoising_quality, self.scene.warnings)

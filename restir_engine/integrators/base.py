@@ -69,6 +69,9 @@ class Integrator:
         """The steps of a batch of samples."""
         raise NotImplementedError
 
+    def close(self) -> None:
+        """Leave the scene as it was."""
+
     def warn(self) -> None:
         """Tell what kernels have noticed."""
         if self._scatter[OVERFLOWS]:

@@ -213,15 +213,15 @@ def test_older_package_is_an_error_with_a_way_out(lit, monkeypatch):
 def test_failed_kernel_keeps_the_picture_and_says_so(lit, monkeypatch, written):
     from restir_engine.integrators.path import PathIntegrator
 
-    original, calls = PathIntegrator.render, []
+    original, calls = PathIntegrator._render, []
 
-    def fail_later(self, tile, first, samples, scratch):
-        calls.append(first)
-        if first > 0:
+    def fail_later(self, tile, scratch, first_sample, samples):
+        calls.append(first_sample)
+        if first_sample > 0:
             raise ValueError("planted")
-        return original(self, tile, first, samples, scratch)
+        return original(self, tile, scratch, first_sample, samples)
 
-    monkeypatch.setattr(PathIntegrator, "render", fail_later)
+    monkeypatch.setattr(PathIntegrator, "_render", fail_later)
     lit.restir.samples = 4
     with pytest.raises(RuntimeError, match="planted"):
         bpy.ops.render.render()

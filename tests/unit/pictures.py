@@ -160,6 +160,18 @@ LIGHTS = {
     "mesh": _mesh_light,
     "world": _world,
 }
+
+
+def _many_lights(b: Builder) -> None:
+    """Forty coloured points: so many that candidates come from tiles."""
+    random = np.random.default_rng(3)
+    for color, (x, y, z) in zip(
+        random.random((40, 3)), random.random((40, 3)) * [3, 3, 1] + [-1.5, -1.8, 0.9], strict=True
+    ):
+        b.lamp(point_lamp(matrix((x, y, z)), 3.0 * color, 0.05, visibility=UNSEEN))
+
+
+LIGHTS["many"] = _many_lights
 LIGHTS["all"] = lambda b: [LIGHTS[name](b) for name in ("area", "point", "sun", "mesh", "world")]
 
 
@@ -179,7 +191,7 @@ def render(scene: Scene, samples: int, **settings) -> np.ndarray:
 
 def frames(scene: Scene, samples: int, **settings) -> np.ndarray:
     """Means of groups of samples with their own seeds, (groups, height, width, 3), for error bars."""
-    return np.stack([render(scene, samples, seed=seed, **settings) for seed in range(8)])
+    return np.stack([render(scene, samples, seed=seed, **settings) for seed in range(12)])
 
 
 def compare(a: np.ndarray, b: np.ndarray, block: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

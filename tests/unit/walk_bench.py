@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from restir_engine.integrators.path import integrator_record
+from restir_engine.integrators.base import integrator_record
 from restir_engine.kernels import records as rec
 from restir_engine.kernels.interaction import surface_point
 from restir_engine.kernels.jit import kernel

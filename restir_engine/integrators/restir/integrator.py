@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...film import Film
 from ...kernels.memory import address
+from ...scene.light_tiles import LightTiles
 from ...settings import RenderSettings
 from ..base import Integrator, Stage, Tile
 from .candidates import candidates_tile
@@ -18,6 +20,19 @@ from .shade import film_tile, shade_tile
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
+
+FEW_LAMPS, FEW_TRIANGLES = 32, 256  # up to as many, light samples are drawn for the point that is lit
+
+
+def frame_seed(seed: int, sample: int) -> int:
+    """A seed of 31 bits for what all pixels of a frame share."""
+    return (seed * 0x9E3779B1 + sample * 0x85EBCA6B + 1) & 0x7FFFFFFF
+
+
+def _many_lights(scene: Scene) -> bool:
+    emitters = scene.instances["mesh"][scene.instances["lights"] >= 0]
+    triangles = sum(len(scene.meshes[mesh].triangles) for mesh in emitters)
+    return len(scene.lights.lamps) > FEW_LAMPS or triangles > FEW_TRIANGLES
 
 
 class RestirIntegrator(Integrator):
@@ -42,6 +57,7 @@ class RestirIntegrator(Integrator):
         self.passes = passes or Passes(plan or plan_of(settings))
         self.frame = self._new_frame()
         self._seed = settings.seed
+        self.tiles = LightTiles(scene) if _many_lights(scene) else None
         scratch = self.scratch()
         for stage in self.stages(0, 0):
             stage.run(NO_TILE, scratch)  # compiles, or loads from the cache
@@ -54,17 +70,30 @@ class RestirIntegrator(Integrator):
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a frame."""
         self._sample = first_sample
-        self.passes.use_seed((self._seed * 0x9E3779B1 + first_sample) & 0xFFFFFFFF)
+        seed = frame_seed(self._seed, first_sample)
+        self.passes.use_seed(seed)
         reuse = self.passes.stages(self.scene, self.camera, self.record, self.frame)
         self.frame.record["light"] = address(self.frame.light) if reuse else 0
-        shading = [Stage(self._shade), Stage(self._film, finish=self._finish)]
-        return [Stage(self._gbuffer), Stage(self._candidates), *reuse, *shading]
+        steps = [Stage(self._gbuffer), Stage(self._candidates), *reuse, Stage(self._shade)]
+        if self.tiles:
+            tiles = [(tile, tile + 1) for tile in range(self.tiles.count)]
+            steps.insert(0, Stage(partial(self._light_tiles, seed), tiles))
+        return [*steps, Stage(self._film, finish=self._finish)]
+
+    def close(self) -> None:
+        """Leave the scene as it was."""
+        if self.tiles:
+            self.tiles.release()
 
     def _finish(self) -> None:
         """A finished frame is history to the next."""
         self.warn()
         if self.passes.plan.temporal:
             self.frame = self.passes.remember(self.scene, self.camera, self.frame) or self._new_frame()
+
+    def _light_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
+        """Fill tiles [first, last); the constructor, which asks for an image tile, fills none."""
+        self.tiles.fill(seed, scratch, *tiles[:2])
 
     def _gbuffer(self, tile: Tile, scratch: np.ndarray) -> None:
         scene, frame = self.scene, self.frame
