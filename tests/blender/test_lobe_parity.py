@@ -95,6 +95,14 @@ FIBRES = [
 THIN = [
     (PRINCIPLED, {"Base Color": RED, "Transmission Weight": 1.0, "Roughness": 0.3, "Thin Wall": True}),
     (PRINCIPLED, {"Base Color": RED, "Transmission Weight": 0.6, "Roughness": 0.6, "IOR": 1.8, "Thin Wall": True}),
+    *(
+        (
+            PRINCIPLED,
+            {"Base Color": RED, "Thin Wall": True, "Subsurface Anisotropy": g, "Diffuse Roughness": rough}
+            | {"Subsurface Weight": weight},
+        )
+        for g, rough, weight in ((0.3, 0.0, 1.0), (-0.4, 0.8, 1.0), (0.9, 0.5, 0.6))
+    ),
 ]
 MATERIALS += BUMPED
 if bpy.app.version >= (5, 2, 0):
@@ -152,8 +160,7 @@ def inputs_of(mat):
             continue
         if socket.is_linked:
             result[item.name.replace(" ", "_")] = [s.default_value for s in socket.links[0].from_node.inputs]
-    for name, _ in layout.enums:
-        result[name] = getattr(node, name)
+    result |= {name: getattr(node, name) for name, _ in layout.enums if hasattr(node, name)}
     return node.bl_idname, result
 
 
