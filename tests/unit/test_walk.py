@@ -49,7 +49,7 @@ def check(values, expected, bound=BOUND):
 @pytest.mark.parametrize("alpha", HALF_SPACE)
 def test_half_space(half_space, alpha):
     normal, diffuse = HALF_SPACE[alpha]
-    n = {0.2: 200_000, 0.999: 40_000}.get(alpha, 100_000)
+    n = {0.2: 300_000, 0.999: 40_000}.get(alpha, 100_000)
     check(half_space.walks(closure(1.0, alpha), TOP, n)[:, 0], diffuse)
     check(half_space.walks(normal_entry(1.0, alpha), TOP, n)[:, 0], normal)
 

@@ -10,6 +10,7 @@ for efficient subsurface scattering"). All of it is importance sampling: it chan
 
 import math
 
+from ..fastmath import exp
 from ..jit import device, inlined
 
 
@@ -32,7 +33,7 @@ def dwivedi_norm(nu):
 @inlined
 def dwivedi_cosine(nu, norm, u):
     """A cosine with n, with the density 1 / (norm (ν - μ))."""
-    return max(nu - (nu + 1.0) * math.exp(-norm * u), -1.0)
+    return max(nu - (nu + 1.0) * exp(-norm * u), -1.0)
 
 
 @inlined
@@ -44,4 +45,4 @@ def dwivedi_pdf(nu, norm, cosine):
 @inlined
 def backward_fraction(depth, thickness, nu):
     """Share of guided steps that are led to the far side; depth and thickness in mean free paths."""
-    return 1.0 / (1.0 + math.exp((thickness - 2.0 * depth) / nu))
+    return 1.0 / (1.0 + exp(min((thickness - 2.0 * depth) / nu, 700.0)))

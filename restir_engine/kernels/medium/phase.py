@@ -5,6 +5,7 @@ Directions are those in which light travels, before and after: g > 0 scatters fo
 
 import math
 
+from ..fastmath import circle
 from ..jit import inlined
 from ..vec import frame, to_world
 
@@ -34,14 +35,16 @@ def hg_cosine(g, u):
 @inlined
 def around(axis, cosine, u):
     """The unit direction at that cosine with a unit axis whose azimuth is 2 pi u."""
-    phi = 2.0 * math.pi * u
     s = math.sqrt(max(1.0 - cosine * cosine, 0.0))
+    x, y = circle(u)
     t, b = frame(axis)
-    return to_world((s * math.cos(phi), s * math.sin(phi), cosine), t, b, axis)
+    return to_world((s * x, s * y, cosine), t, b, axis)
 
 
 @inlined
 def hg_sample(d, g, u0, u1):
     """(direction, density by steradian) after scattering; the density is the phase function's value."""
+    if g == 0.0:  # any direction, whatever d is
+        return around((0.0, 0.0, 1.0), 2.0 * u0 - 1.0, u1), _INV_FOUR_PI
     cosine = hg_cosine(g, u0)
     return around(d, cosine, u1), hg(cosine, g)

@@ -14,6 +14,7 @@ lost; an α below 0.2 is taken for 0.2 and dimmed by their ratio.
 import math
 
 from .. import rng
+from ..fastmath import exp, log
 from ..jit import device, entry, inlined
 from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_COLOR, P_SIGMA_T
 from ..local import hit_barycentrics, hit_distance, trace
@@ -33,7 +34,7 @@ from ..records import (
     shading_point_at,
 )
 from ..scatter_table import EXACT_WALKS, FLAGS
-from ..vec import dot, madd, max3, put, transform_point, transform_vector, vec
+from ..vec import dot, madd, max3, mul, put, scale, transform_point, transform_vector, vec
 from .dwivedi import backward_fraction, diffusion_length, dwivedi_cosine, dwivedi_norm, dwivedi_pdf
 from .entry import entry_direction
 from .exit import leave
@@ -45,13 +46,16 @@ FAITHFUL_SEGMENTS = 10  # before similarity takes over
 GUIDED_LATER = 0.75  # guided fraction from there on
 MIN_ALBEDO = 0.2  # below it Dwivedi's distribution is all but singular
 NEGLIGIBLE = 1.0e-6  # throughput
+DIM = (
+    0.4  # share of the throughput after one scattering below which a walk goes on by chance: saves a sixth of the time
+)
 OPPOSITE = 10.0  # mean free paths within which the first ray looks for a far side
 
 
 @device
 def _guided_fraction(g):
     """Share of guided steps: half of them for isotropic scattering, few for strongly forward scattering."""
-    return 1.0 - max(0.5, abs(g) ** 0.125)
+    return 0.5 if g == 0.0 else 1.0 - max(0.5, abs(g) ** 0.125)
 
 
 @device
@@ -102,41 +106,61 @@ def _pick(p, values, u):
 
 
 @inlined
-def _density(sigma_t, t, hit, stretch):
-    """Density of ending a segment at t, or probability to get to a surface there, for a stretched extinction."""
-    sigma_t *= stretch
-    e = math.exp(-sigma_t * t)
-    return e if hit else sigma_t * e
+def _straight(throughput, sigma_t, alpha, t, hit):
+    """The throughput after a first segment, whose direction is given: transmittance (times σ_s) over its density."""
+    e = (_fall(sigma_t[0] * t), _fall(sigma_t[1] * t), _fall(sigma_t[2] * t))
+    if not hit:
+        e = mul(e, sigma_t)
+    return _balanced(throughput, alpha, e, e, hit)
 
 
 @inlined
-def _mixture(sigma_t, t, hit, k, guided, forward, backward):
-    """Density of a segment for one channel over the density of its direction by the phase function.
+def _balanced(throughput, alpha, value, density, hit):
+    """The throughput times `value` over the density of a channel chosen by throughput times α; α unless light leaves.
 
-    k: the cosine with the outward normal by the diffusion length; guided, forward, backward: the shares of the
-    techniques, the latter two times their density of the direction over the phase function's.
+    `density` is by channel and may lack the same factor as `value`.
     """
-    p = (1.0 - guided) * _density(sigma_t, t, hit, 1.0)
-    if forward > 0.0:
-        p += forward * _density(sigma_t, t, hit, 1.0 - k)
-    if backward > 0.0:
-        p += backward * _density(sigma_t, t, hit, 1.0 + k)
-    return p
-
-
-@inlined
-def _segment_weight(throughput, sigma_t, alpha, p, t, hit, k, guided, forward, backward):
-    """The throughput after a segment: transmittance (times σ_s) over the density of all techniques."""
-    pdf = p[0] * _mixture(sigma_t[0], t, hit, k, guided, forward, backward)
-    pdf += p[1] * _mixture(sigma_t[1], t, hit, k, guided, forward, backward)
-    pdf += p[2] * _mixture(sigma_t[2], t, hit, k, guided, forward, backward)
+    a = mul(throughput, alpha)
+    pdf = dot(a, density)
     if not pdf > 0.0:
         return (0.0, 0.0, 0.0)
-    s = 1.0 / pdf
-    r = s * throughput[0] * _density(sigma_t[0], t, hit, 1.0)
-    g = s * throughput[1] * _density(sigma_t[1], t, hit, 1.0)
-    b = s * throughput[2] * _density(sigma_t[2], t, hit, 1.0)
-    return (r, g, b) if hit else (r * alpha[0], g * alpha[1], b * alpha[2])
+    return scale(mul(throughput if hit else a, value), (a[0] + a[1] + a[2]) / pdf)
+
+
+@inlined
+def _segment_weight(throughput, sigma_t, alpha, t, hit, k, guided, forward, backward):
+    """The throughput after a segment: transmittance (times σ_s) over the density of all techniques.
+
+    k: the cosine with the outward normal by the diffusion length, which stretches the extinction of guided segments to
+    1 - k and 1 + k of it; guided: the share of these; forward, backward: the shares of either kind times its density of
+    the direction over the phase function's.
+    """
+    x = scale(sigma_t, t)
+    classic = 1.0 - guided
+    if not hit:
+        forward *= 1.0 - k
+        backward *= 1.0 + k
+    if max3(x) < 300.0:
+        e = (exp(-x[0]), exp(-x[1]), exp(-x[2]))
+        q = (exp(x[0] * k), exp(x[1] * k), exp(x[2] * k))
+        m = (classic + forward * q[0], classic + forward * q[1], classic + forward * q[2])
+        if backward > 0.0:
+            m = (m[0] + backward / q[0], m[1] + backward / q[1], m[2] + backward / q[2])
+        m = mul(m, e)
+    else:
+        e = (_fall(x[0]), _fall(x[1]), _fall(x[2]))
+        m = scale(e, classic)
+        m = madd(m, (_fall(x[0] * (1.0 - k)), _fall(x[1] * (1.0 - k)), _fall(x[2] * (1.0 - k))), forward)
+        m = madd(m, (_fall(x[0] * (1.0 + k)), _fall(x[1] * (1.0 + k)), _fall(x[2] * (1.0 + k))), backward)
+    if not hit:
+        e, m = mul(e, sigma_t), mul(m, sigma_t)
+    return _balanced(throughput, alpha, e, m, hit)
+
+
+@inlined
+def _fall(x):
+    """e^-x for any x that is not negative."""
+    return exp(-min(x, 700.0))
 
 
 @inlined
@@ -160,7 +184,7 @@ def _first_hit(structure, ray, o, d, tmax, start):
 def _segment(n, d, g, nu, norm, guided, share, u0, u1, u2):
     """Sample a segment's direction after one along d: (direction, stretch of the extinction, k, forward, backward).
 
-    u0 chooses the technique; k, forward and backward are those of `_mixture`.
+    u0 chooses the technique; k, forward and backward are those of `_segment_weight`.
     """
     stretch = 1.0
     if u0 < guided:
@@ -173,9 +197,10 @@ def _segment(n, d, g, nu, norm, guided, share, u0, u1, u2):
     else:
         w, phase = hg_sample(d, g, u1, u2)
         cosine = dot(w, n)
-    scale = guided / max(phase, 1.0e-30)
-    forward = scale * (1.0 - share) * dwivedi_pdf(nu, norm, cosine)
-    return w, stretch, cosine / nu, forward, scale * share * dwivedi_pdf(nu, norm, -cosine)
+    odds = guided / max(phase, 1.0e-30)
+    forward = odds * (1.0 - share) * dwivedi_pdf(nu, norm, cosine)
+    backward = odds * share * dwivedi_pdf(nu, norm, -cosine) if share > 0.0 else 0.0
+    return w, stretch, cosine / nu, forward, backward
 
 
 @device
@@ -202,6 +227,7 @@ def walk(scene, scratch, sp, path, d, segments, exact):
     nu = diffusion_length(max(_largest(throughput, alpha), MIN_ALBEDO))
     norm = dwivedi_norm(nu)
     thinnest = _smallest(throughput, sigma_t)
+    dim = DIM * max3(mul(throughput, alpha))
 
     ray = scratch + SCRATCH_RAY
     n = vec(sp.n)
@@ -209,21 +235,22 @@ def walk(scene, scratch, sp, path, d, segments, exact):
     d_object = transform_vector(placed.to_object, d)
     p = _probabilities(throughput, alpha)
     u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
-    t = -math.log(1.0 - u1) / _pick(p, sigma_t, u0)
+    t = -log(1.0 - u1) / _pick(p, sigma_t, u0)
     primitive = _first_hit(structure, ray, o, d_object, max(t, OPPOSITE / thinnest), sp.primitive)
     thickness = -1.0  # of the object along -n, in mean free paths; -1: not known
     if primitive >= 0:
         distance = hit_distance(ray)
         thickness = max(-distance * dot(d, n) * thinnest, 0.0)
         if distance < t:
-            return primitive, d, _segment_weight(throughput, sigma_t, alpha, p, distance, True, 0.0, 0.0, 0.0, 0.0), 0
-    throughput = _segment_weight(throughput, sigma_t, alpha, p, t, False, 0.0, 0.0, 0.0, 0.0)
+            return primitive, d, _straight(throughput, sigma_t, alpha, distance, True), 0
+    throughput = _straight(throughput, sigma_t, alpha, t, False)
 
     depth = -t * dot(d, n) * thinnest
     share = 0.0
     state = rng.stream(path.key, path.sample, path.dimension)
     for segment in range(1, segments):
-        if max3(throughput) < NEGLIGIBLE:
+        brightness = max3(throughput)
+        if brightness < NEGLIGIBLE:
             break
         o = madd(o, d_object, t)
         if segment == FAITHFUL_SEGMENTS and not exact:
@@ -239,17 +266,21 @@ def walk(scene, scratch, sp, path, d, segments, exact):
             share = backward_fraction(min(max(depth, 0.0), thickness), thickness, nu)
         state, u0, u1 = rng.advance(state)
         state, u2, u3 = rng.advance(state)
-        state, u4, _ = rng.advance(state)
+        state, u4, u5 = rng.advance(state)
+        if brightness < dim:
+            if u5 * dim >= brightness:
+                break
+            throughput = scale(throughput, dim / brightness)
         p = _probabilities(throughput, alpha)
         d, stretch, k, forward, backward = _segment(n, d, g, nu, norm, guided, share, u2, u3, u4)
         d_object = transform_vector(placed.to_object, d)
-        t = -math.log(1.0 - u1) / (_pick(p, sigma_t, u0) * stretch)
+        t = -log(1.0 - u1) / (_pick(p, sigma_t, u0) * stretch)
         primitive = trace(structure, ray, o, d_object, 0.0, t)
         if primitive >= 0:
             t = min(hit_distance(ray), t)
-            throughput = _segment_weight(throughput, sigma_t, alpha, p, t, True, k, guided, forward, backward)
+            throughput = _segment_weight(throughput, sigma_t, alpha, t, True, k, guided, forward, backward)
             return primitive, d, throughput, segment
-        throughput = _segment_weight(throughput, sigma_t, alpha, p, t, False, k, guided, forward, backward)
+        throughput = _segment_weight(throughput, sigma_t, alpha, t, False, k, guided, forward, backward)
         depth -= t * dot(d, n) * thinnest
     return -1, d, throughput, 0
 
