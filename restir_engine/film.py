@@ -12,7 +12,9 @@ FAR = 1.0e10  # depth of the background, as Cycles gives it
 
 
 # Passes that light is added to as it is found.
-_LIGHT = {"combined", "emission", "environment", *(p.field for p in PASSES if p.field.startswith("subsurface"))}
+_LIGHT = {
+    p.field for p in PASSES if p.field.startswith(("combined", "emission", "environment", "subsurface", "volume"))
+}
 
 
 class Film:

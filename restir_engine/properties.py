@@ -353,6 +353,11 @@ def _sss_after_diffuse(choice: str) -> str:
 class RestirViewLayerSettings(bpy.types.PropertyGroup):
     """Passes of a view layer for which Blender has no switch of its own."""
 
+    use_pass_volume: BoolProperty(
+        name="Volume",
+        description="Deliver light that was scattered first inside a volume, after one scattering and after more",
+        default=False,
+    )
     use_pass_subsurface: BoolProperty(
         name="Subsurface",
         description="Deliver the light that was scattered below surfaces, and its parts that were scattered there not "
@@ -431,6 +436,20 @@ class RestirMaterialSettings(bpy.types.PropertyGroup):
         default=0.0,
         min=-0.99,
         max=0.99,
+    )
+    scatter_inside: BoolProperty(
+        name="Scatter Inside",
+        description="Light that Principled's Transmission lets in scatters by its Subsurface inputs, like candy or "
+        "jade. It needs Volume bounces under Light Paths. Cycles renders clear glass there",
+        default=False,
+    )
+    medium_priority: IntProperty(
+        name="Volume Priority",
+        description="Where volumes overlap, those of the highest priority count alone, and boundaries of others are "
+        "not seen inside them; volumes of the same priority add up, as in Cycles",
+        default=0,
+        soft_min=-10,
+        soft_max=10,
     )
 
 

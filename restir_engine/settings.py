@@ -99,6 +99,8 @@ PASSES: tuple[Pass, ...] = (
     *_light("Diffuse", "Diff", "diffuse", "diffuse"),
     *_light("Glossy", "Gloss", "glossy", "glossy"),
     *_light("Transmission", "Trans", "transmission", "transmission"),
+    Pass("Volume Direct", "VolumeDir", "volume_direct", "RGB", "COLOR", "", own="use_pass_volume"),
+    Pass("Volume Indirect", "VolumeInd", "volume_indirect", "RGB", "COLOR", "", own="use_pass_volume"),
     Pass("Emission", "Emit", "emission", "RGB", "COLOR", "use_pass_emit"),
     Pass("Environment", "Env", "environment", "RGB", "COLOR", "use_pass_environment"),
     # Light that was scattered below a surface; by what happened there at the first time, however the path went on.

@@ -123,6 +123,7 @@ class RESTIR_MATERIAL_PT_settings(RestirPanel, bpy.types.Panel):
         if hasattr(material, "cycles"):
             column.prop(material.cycles, "emission_sampling")
         column.prop(material, "use_transparent_shadow")
+        column.prop(material.restir, "medium_priority")
 
 
 class RESTIR_WORLD_PT_ray_visibility(RestirPanel, bpy.types.Panel):

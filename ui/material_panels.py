@@ -24,7 +24,9 @@ class RESTIR_MATERIAL_PT_subsurface(MaterialPanel, bpy.types.Panel):
     bl_label = "Subsurface"
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.column().prop(context.material.restir, "entry")
+        column = self.column()
+        column.prop(context.material.restir, "entry")
+        column.prop(context.material.restir, "scatter_inside")
 
 
 class RESTIR_MATERIAL_PT_medium(MaterialPanel, bpy.types.Panel):

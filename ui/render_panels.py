@@ -199,6 +199,7 @@ class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):
             group = column.column(heading=title, align=True)
             for prop, name in names:
                 group.prop(layer, prop, text=name)
+        column.prop(layer.restir, "use_pass_volume")
         column.prop(layer.restir, "use_pass_subsurface")
         column.prop(layer.restir, "use_pass_denoising")
 

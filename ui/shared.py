@@ -16,6 +16,7 @@ EEVEE_PANELS = {
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_MATERIAL_PT_volume",
     "EEVEE_WORLD_PT_surface",
     "MATERIAL_PT_preview",
 }

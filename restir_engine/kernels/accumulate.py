@@ -41,11 +41,17 @@ def clamp_contribution(c, limit):
     return c
 
 
+# Instead of the shares of diffuse lobes: the first bounce was in a medium.
+IN_MEDIUM = (-1.0, -1.0, -1.0)
+
+
 @device
 def add_light(film, pixel, c, indirect, diffuse, glossy):
     """Add a contribution to Combined and, by the shares of lobe classes at the first bounce, to the light passes."""
     add3(pixel, film.combined, c)
-    if film.light_passes > 0:
+    if film.light_passes > 0 and diffuse[0] < 0.0:
+        add3(pixel, film.volume_indirect if indirect else film.volume_direct, c)
+    elif film.light_passes > 0:
         d = (c[0] * diffuse[0], c[1] * diffuse[1], c[2] * diffuse[2])
         g = (c[0] * glossy[0], c[1] * glossy[1], c[2] * glossy[2])
         t = (c[0] - d[0] - g[0], c[1] - d[1] - g[1], c[2] - d[2] - g[2])

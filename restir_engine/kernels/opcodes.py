@@ -127,3 +127,4 @@ VOLUME_ABSORPTION = 301  # weight, colour, density
 VOLUME_COEFFICIENTS = 302  # weight, absorption, scattering, emission, phase!, first input, second input
 VOLUME_PRINCIPLED = 303  # weight, colour, density, anisotropy, absorption colour, emission strength, emission colour,
 # blackbody intensity, blackbody tint, temperature, colour of a black body
+VOLUME_SUBSURFACE = 304  # weight, share, colour, radius, scale, anisotropy, IOR, method!, sign!: see medium.parameters

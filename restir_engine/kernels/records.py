@@ -386,6 +386,8 @@ FILM = _record(
     "transmission_direct",
     "transmission_indirect",
     "transmission_color",
+    "volume_direct",
+    "volume_indirect",
     "emission",
     "environment",
     "subsurface",

@@ -63,6 +63,7 @@ class Materials:
         if subsurface.medium and not program.flags & MATERIAL_SUBSURFACE:
             program = self._tree(material, tree, subsurface, is_medium=True)
         program.pass_index = material.pass_index
+        program.medium_priority = material.restir.medium_priority
         settings = getattr(material, "cycles", None)
         program.emission_sampling = _EMISSION_SAMPLING.get(getattr(settings, "emission_sampling", "AUTO"), 1)
         return program

@@ -45,7 +45,9 @@ def volume_single_scatter():
 def volume_phases():
     stage()
     kinds = ("RAYLEIGH", "DRAINE", "FOURNIER_FORAND", "MIE")
-    kit.row([scattering((0.9, 0.8, 0.7), 2.0, phase=kind) for kind in kinds], "cube", 3.6, 0.45)
+    things = kit.row([scattering((0.9, 0.8, 0.7), 2.0, phase=kind) for kind in kinds], "cube", 3.6, 0.45)
+    for thing in things:
+        thing.location.z += 0.1
 
 
 @scene(1, 96)
@@ -109,7 +111,7 @@ def volume_mixed():
     kit.put("cube", medium(inside), (0.0, 0.0, 1.0), (2.2, 1.0, 0.9))
     kit.put("ball", kit.diffuse((0.8, 0.6, 0.2)), (-1.0, 0.0, 0.6), 0.45)
     kit.put("ball", kit.material(lambda node: node("BsdfGlass", Roughness=0.0)), (0.9, 0.0, 0.6), 0.45)
-    kit.light("POINT", 30.0, (0.0, -0.3, 1.3), shadow_soft_size=0.1)
+    kit.light("POINT", 20.0, (0.0, -0.3, 1.3), shadow_soft_size=0.4)
 
 
 @scene(1, 64, volume_bounces=2)

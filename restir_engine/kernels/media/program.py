@@ -9,6 +9,7 @@ import math
 from .. import opcodes as ops
 from ..jit import device, inlined
 from ..lobes.closure import add_closure
+from ..medium.parameters import clamp_anisotropy, medium, method_length
 from ..memory import load_i32
 from ..records import closure_at
 from ..vec import add, mul, put, scale, vec
@@ -81,8 +82,10 @@ def medium_op(op, sp, registers, code, at):
         _scatter(sp, kind, scattering, number(registers, code, at + 5), number(registers, code, at + 6))
         _extinguish(sp, add(scattering, mul(weight, triple(registers, code, at + 1))))
         _emit(sp, mul(weight, triple(registers, code, at + 3)))
-    else:
+    elif op == ops.VOLUME_PRINCIPLED:
         _principled(sp, weight, registers, code, at)
+    else:
+        _subsurface(sp, weight, registers, code, at)
 
 
 @device
@@ -106,3 +109,19 @@ def _principled(sp, weight, registers, code, at):
         tint = mul(triple(registers, code, at + 8), triple(registers, code, at + 10))
         if power > 0.0:
             _emit(sp, scale(mul(weight, tint), _STEFAN_BOLTZMANN * power))
+
+
+@device
+def _subsurface(sp, weight, registers, code, at):
+    """The medium of Principled's subsurface parameters, thinned by its weight."""
+    weight = scale(weight, min(max(number(registers, code, at + 1), 0.0), 1.0))
+    c = triple(registers, code, at + 2)
+    color = (max(c[0], 0.0), max(c[1], 0.0), max(c[2], 0.0))
+    r = scale(triple(registers, code, at + 3), number(registers, code, at + 4))
+    radius = (max(r[0], 0.0), max(r[1], 0.0), max(r[2], 0.0))
+    method = load_i32(code, at + 7)
+    g = clamp_anisotropy(number(registers, code, at + 5), method, load_i32(code, at + 8))
+    ior = min(max(number(registers, code, at + 6), 1.01), 3.8)
+    sigma_t, albedo = medium(color, method_length(radius, color, ior, method), g, method)
+    _scatter(sp, PHASE_HG, mul(weight, mul(sigma_t, albedo)), g, 0.0)
+    _extinguish(sp, mul(weight, sigma_t))

@@ -8,8 +8,7 @@ scattering").
 import math
 
 from .. import rng
-from ..accumulate import add3, add_hit
-from ..direct import add_direct
+from ..accumulate import IN_MEDIUM, add3, add_hit, add_light, add_scattered, clamp_contribution
 from ..jit import device
 from ..lights import light_sample
 from ..medium.phase import around
@@ -42,8 +41,6 @@ from .stack import entry_at
 
 # Least share of a channel's albedo in its choice: one that is only absorbed still has its light carried through.
 _LEAST_ALBEDO = 0.25
-
-_NO_LOBES = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @device
@@ -167,6 +164,9 @@ def _scatter(scene, integrator, film, scratch, path, sp):
             path.event = ENDED
             return
         put(path.throughput, scale(vec(path.throughput), 1.0 / survival))
+    if path.bounce == 0:
+        put(path.diffuse_weight, IN_MEDIUM)
+        put(path.glossy_weight, (0.0, 0.0, 0.0))
     d = vec(path.d)
     _direct_light(scene, integrator, film, scratch, path, sp, d)
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
@@ -181,9 +181,6 @@ def _scatter(scene, integrator, film, scratch, path, sp):
     put(path.receiver, vec(sp.receiver))
     path.tmin = 0.0
     path.dp = sp.dp
-    if path.bounce == 0:
-        put(path.diffuse_weight, (0.0, 0.0, 0.0))
-        put(path.glossy_weight, (0.0, 0.0, 0.0))
     path.flags = RAY_VOLUME
     path.background_visible = 0
     path.mis_pdf = pdf
@@ -258,4 +255,8 @@ def _direct_light(scene, integrator, film, scratch, path, sp, d):
     c = mul(scale(vec(ls.radiance), weight), vec(path.throughput))
     if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
         c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
-    add_direct(integrator, film, path, c, _NO_LOBES)
+    if c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0:
+        return
+    c = clamp_contribution(c, integrator.clamp_indirect if path.bounce > 0 else integrator.clamp_direct)
+    add_scattered(film, path, c)
+    add_light(film, path.pixel, c, path.bounce > 0, vec(path.diffuse_weight), vec(path.glossy_weight))

@@ -16,7 +16,7 @@ from .assembler import TooManyRegisters
 from .bump import displaced_normal
 from .fallback import unsupported_closure
 from .prune import shadow_instructions
-from .registry import CLOSURES, VOLUMES
+from .registry import CLOSURES, INSIDE, VOLUMES
 from .sockets import COLOR, SHADER, find_socket
 from .subsurface import Subsurface, emit_medium
 from .values import ValueCompiler
@@ -39,7 +39,7 @@ class Compiler(ValueCompiler):
         self.flags = 0
         self.emission_estimate = np.zeros(3)
         self.one = self.constant((1.0, 1.0, 1.0))
-        self._converters = CLOSURES  # or VOLUMES
+        self._converters = CLOSURES  # or VOLUMES, INSIDE
         self._medium: list[list[int]] = []  # instructions of the medium inside
         self._weight = self.one  # of the closure that is being compiled
         self._estimates: dict[int, float] = {self.one: 1.0}
@@ -78,9 +78,13 @@ class Compiler(ValueCompiler):
         self._nodes.append(output)
         if self.is_linked(output, "Volume"):
             if self.kind == "Material":
-                self._volume(output)
+                self._inside(output, "Volume", VOLUMES)
+                if not self.is_linked(output, "Surface") and not self.is_medium:
+                    self._invisible_boundary()
             else:
                 self.warn("volumes are not rendered")
+        if self.subsurface.scatter_inside:
+            self._inside(output, "Surface", INSIDE)
         if self.is_linked(output, "Displacement"):
             if self.displaces:
                 self.warn("displacement is rendered as bump")
@@ -95,19 +99,25 @@ class Compiler(ValueCompiler):
             self.flags |= rec.MATERIAL_BUMPED_EXIT
         self._nodes.pop()
 
-    def _volume(self, output: bpy.types.Node) -> None:
-        """Compile the tree of the Volume socket; without a surface, the mesh is the invisible boundary of a medium."""
-        if not self.is_linked(output, "Surface"):
-            self.lets_light_through()
-            self.flags |= rec.MATERIAL_BOUNDARY
-            self.emit(TRANSPARENT, self.one, self.one)
+    def _inside(self, output: bpy.types.Node, socket: str, converters: dict) -> None:
+        """Add what a tree says of the medium inside, by other converters than those of surfaces."""
         surface, self.instructions = self.instructions, []
-        self._converters = VOLUMES
-        self.closure(output, "Volume", self.one)
+        self._converters = converters
+        self.closure(output, socket, self.one)
         self._converters = CLOSURES
-        self.set_medium(self.instructions)
-        self.instructions = surface
+        # The medium's instructions follow one another; none of them may use what the surface's have computed.
+        self._medium, self.instructions = self._medium + self.instructions, surface
         self._cache.clear()
+        if self._medium:
+            self.flags |= rec.MATERIAL_MEDIUM
+        if any(self._varies_in_space(instruction) for instruction in self._medium):
+            self.warn("a volume that varies in space is rendered with its values where light enters")
+
+    def _invisible_boundary(self) -> None:
+        """A mesh with nothing but a medium: rays pass its surface."""
+        self.lets_light_through()
+        self.flags |= rec.MATERIAL_BOUNDARY
+        self.emit(TRANSPARENT, self.one, self.one)
 
     # What converters of closures call ---------------------------------------------------------------------------
 
@@ -142,13 +152,6 @@ class Compiler(ValueCompiler):
         share = self._estimates.get(weight, 1.0)
         radiance = [np.array(values) if values is not None else np.ones(1) for values in known[1:]]
         self.emission_estimate += share * np.maximum(radiance[0] * radiance[1], 0.0)
-
-    def set_medium(self, instructions: list[list[int]]) -> None:
-        """Make these the program of the medium inside; warns where it would vary in space."""
-        self._medium = instructions
-        self.flags |= rec.MATERIAL_MEDIUM
-        if any(self._varies_in_space(instruction) for instruction in instructions):
-            self.warn("a volume that varies in space is rendered with its values where light enters")
 
     def _varies_in_space(self, instruction: list[int]) -> bool:
         """Whether what an instruction computes depends on the point: textures, and most of what is read from it."""

@@ -12,6 +12,7 @@ from collections.abc import Callable
 NODES: dict[str, Callable] = {}
 CLOSURES: dict[str, Callable] = {}
 VOLUMES: dict[str, Callable] = {}
+INSIDE: dict[str, Callable] = {}
 UNLINKED: dict[str, Callable] = {}
 
 
@@ -36,10 +37,18 @@ def closure(*identifiers: str) -> Callable:
 
 
 def volume(*identifiers: str) -> Callable:
-    """Register the decorated function as the closure converter of these node types in trees of the Volume socket."""
+    """Register the decorated function as the converter of these node types in trees of the Volume socket."""
+    return _registrar(VOLUMES, identifiers)
 
+
+def inside(*identifiers: str) -> Callable:
+    """Register the decorated function as what these surface shaders say of the medium that glass surrounds."""
+    return _registrar(INSIDE, identifiers)
+
+
+def _registrar(table: dict[str, Callable], identifiers: tuple[str, ...]) -> Callable:
     def register(function: Callable) -> Callable:
-        VOLUMES.update(dict.fromkeys(identifiers, function))
+        table.update(dict.fromkeys(identifiers, function))
         return function
 
     return register

@@ -27,19 +27,22 @@ class Medium:
 
 @dataclass(frozen=True)
 class Subsurface:
-    """What a material says about light below its surface: how it enters (lobes.nodes.ENTRIES), its own medium."""
+    """What a material says about light below its surface: how it enters (lobes.nodes.ENTRIES), its own medium, whether
+    that is also behind glass."""
 
     entry: str = "METHOD"
     medium: Medium | None = None
+    scatter_inside: bool = False
 
 
 def material_subsurface(material: bpy.types.Material) -> Subsurface:
     """What `material.restir` says."""
     own = material.restir
     if not own.use_medium:
-        return Subsurface(own.entry)
+        return Subsurface(own.entry, scatter_inside=own.scatter_inside)
     lengths = tuple(own.scale * length for length in own.mean_free_path)
-    return Subsurface(own.entry, Medium(tuple(own.color) if own.use_color else None, lengths, own.anisotropy))
+    medium = Medium(tuple(own.color) if own.use_color else None, lengths, own.anisotropy)
+    return Subsurface(own.entry, medium, own.scatter_inside)
 
 
 def choice(c, node, attribute: str) -> str:

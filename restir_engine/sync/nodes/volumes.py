@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from ...kernels import opcodes as ops
 from ...kernels.media import phase as phases
+from ...kernels.medium.parameters import ANY_SIGN, METHODS, POSITIVE
 from .closures import add_shader, mix_shader
 from .generic import menu_switch_shader
-from .registry import volume
+from .registry import inside, volume
 from .spectra import BLACKBODY_FITS
+from .subsurface import choice, medium_inputs
 
 # Phase functions by the identifier in the nodes: kind and the inputs it reads.
 PHASES: dict[str, tuple[int, tuple[str, ...]]] = {
@@ -18,9 +20,10 @@ PHASES: dict[str, tuple[int, tuple[str, ...]]] = {
     "MIE": (phases.PHASE_MIE, ("Diameter",)),
 }
 
-volume("ShaderNodeMixShader")(mix_shader)
-volume("ShaderNodeAddShader")(add_shader)
-volume("GeometryNodeMenuSwitch")(menu_switch_shader)
+for register in (volume, inside):
+    register("ShaderNodeMixShader")(mix_shader)
+    register("ShaderNodeAddShader")(add_shader)
+    register("GeometryNodeMenuSwitch")(menu_switch_shader)
 
 
 def _phase(c, node) -> list[int]:
@@ -72,3 +75,31 @@ def volume_principled(c, node, weight):
 @volume("ShaderNodeEmission")
 def emission(c, node, weight):
     c.emit(ops.EMISSION, weight, c.vector(node, "Color"), c.value(node, "Strength"))
+
+
+@inside("ShaderNodeBsdfPrincipled")
+def principled_inside(c, node, weight):
+    """Scatter Inside: behind its glass, Principled's subsurface parameters are those of the medium."""
+    own = medium_inputs(c, node)
+
+    def number(name: str) -> int:
+        return own[name] if name in own else c.value(node, name)
+
+    def color(name: str) -> int:
+        return own[name] if name in own else c.vector(node, name)
+
+    share = number("Subsurface Weight")
+    if (0.0,) in (c.constant_value(share), c.constant_value(c.value(node, "Transmission Weight"))):
+        return
+    c.emit(
+        ops.VOLUME_SUBSURFACE,
+        weight,
+        share,
+        color("Base Color"),
+        color("Subsurface Radius"),
+        number("Subsurface Scale"),
+        number("Subsurface Anisotropy"),
+        number("IOR"),
+        METHODS[choice(c, node, "subsurface_method")],
+        ANY_SIGN if choice(c, node, "sign") == "ANY" else POSITIVE,
+    )
