@@ -36,7 +36,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
     restir_candidates: IntProperty(
         name="Light Samples",
         description="Light samples that a pixel chooses from in each of its samples. More cost time and find the "
-        "lights that matter sooner; shadow rays stay one each",
+        "lights that matter sooner; shadow rays stay as many. Among many lights, four times as many cheap ones",
         default=DEFAULTS.restir_candidates,
         min=1,
         soft_max=32,

@@ -133,6 +133,22 @@ def multilayer_channels(path: Path) -> set[str]:
     return names
 
 
+def test_both_integrators_render_the_same_passes(lit, written):
+    """A floor, a lamp, a sky: the means of every pass of light are the same within the noise of 64 samples."""
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    lamp.location, lamp.data.energy, lamp.data.shadow_soft_size = (0.5, 0.5, 1.5), 60.0, 0.2
+    lit.collection.objects.link(lamp)
+    layer = lit.view_layers[0]
+    layer.use_pass_diffuse_direct = layer.use_pass_diffuse_indirect = layer.use_pass_environment = True
+    lit.restir.samples = 64
+    for integrator in ("PATH", "RESTIR"):
+        lit.restir.integrator = integrator
+        bpy.ops.render.render()
+    path, restir = written
+    for name, pixels in path.items():
+        np.testing.assert_allclose(restir[name].mean((0, 1)), pixels.mean((0, 1)), rtol=0.01, atol=1e-3, err_msg=name)
+
+
 def test_each_view_layer_has_its_own_picture(lit, written):
     second = lit.view_layers.new("Empty")
     second.layer_collection.exclude = True

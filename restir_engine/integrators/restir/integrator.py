@@ -9,7 +9,7 @@ import numpy as np
 
 from ...film import Film
 from ...kernels.memory import address
-from ...scene.light_tiles import LightTiles
+from ...scene.light_tiles import LightTiles, tile_count
 from ...settings import RenderSettings
 from ..base import Integrator, Stage, Tile
 from .candidates import candidates_tile
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ...scene.scene import Scene
 
 FEW_LAMPS, FEW_TRIANGLES = 32, 256  # up to as many, light samples are drawn for the point that is lit
+TILE_ENTRIES = 4  # of a light tile for each light sample that would be drawn so: they cost a quarter
 
 
 def frame_seed(seed: int, sample: int) -> int:
@@ -57,11 +58,18 @@ class RestirIntegrator(Integrator):
         self.passes = passes or Passes(plan or plan_of(settings))
         self.frame = self._new_frame()
         self._seed = settings.seed
-        self.tiles = LightTiles(scene) if _many_lights(scene) else None
+        self.tiles = self._light_tiles(settings.restir_candidates) if _many_lights(scene) else None
         scratch = self.scratch()
         for stage in self.stages(0, 0):
             stage.run(NO_TILE, scratch)  # compiles, or loads from the cache
         self.passes.load(scene, self.camera, self.record, self.frame, scratch)
+
+    def _light_tiles(self, candidates: int) -> LightTiles:
+        """Tiles from which one light sample is resampled at each vertex, instead of the `candidates` of few lights."""
+        for reuse in self.passes.reuse:
+            reuse[0]["candidates"] = 1
+        entries = TILE_ENTRIES * candidates
+        return LightTiles(self.scene, tile_count(self.film.width * self.film.height), candidates=entries)
 
     def _new_frame(self) -> Frame:
         film = self.film
@@ -77,7 +85,7 @@ class RestirIntegrator(Integrator):
         steps = [Stage(self._gbuffer), Stage(self._candidates), *reuse, Stage(self._shade)]
         if self.tiles:
             tiles = [(tile, tile + 1) for tile in range(self.tiles.count)]
-            steps.insert(0, Stage(partial(self._light_tiles, seed), tiles))
+            steps.insert(0, Stage(partial(self._fill_tiles, seed), tiles))
         return [*steps, Stage(self._film, finish=self._finish)]
 
     def close(self) -> None:
@@ -91,7 +99,7 @@ class RestirIntegrator(Integrator):
         if self.passes.plan.temporal:
             self.frame = self.passes.remember(self.scene, self.camera, self.frame) or self._new_frame()
 
-    def _light_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
+    def _fill_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
         """Fill tiles [first, last); the constructor, which asks for an image tile, fills none."""
         self.tiles.fill(seed, scratch, *tiles[:2])
 
