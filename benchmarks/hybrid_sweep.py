@@ -1,0 +1,119 @@
+"""DIFFUSION, HYBRID as published and HYBRID that knows the thickness beside random walks: `python -m benchmarks.hybrid_sweep`.
+
+Bodies × mean free path / size × lights; the three channels are three albedos. Truth is RANDOM_WALK with the same entry,
+without Cycles' approximations. `--out` names a JSON file with every row, `--docs` the page whose table and plot are
+written.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from tests.images.measures import block_error, flip
+
+from .scatter_bodies import BODIES
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
+from light_scenes import matrix
+from scatter_scenes import look, render, scatter_scene, subsurface_program
+
+from restir_engine.scene.lamps import area_lamp
+
+MEAN_FREE_PATHS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
+COLORS = (0.3, 0.6, 0.9)
+SIZE = 64
+# Lamps (place, direction in which it shines, watts, edge) and radiance of the sky.
+LIGHTS = {
+    "even": (None, 1.0),
+    "back": (((0.4, 3.0, 0.5), (-0.1, -1.0, -0.15), 150.0, 1.5), 0.0),
+    "spot": (((0.25, -0.9, 0.3), (-0.2, 1.0, -0.25), 2.0, 0.06), 0.0),
+}
+METHODS = {
+    "DIFFUSION": {"sss_method": "DIFFUSION"},
+    "published": {"sss_method": "HYBRID", "sss_thickness_aware": False},
+    "HYBRID": {"sss_method": "HYBRID"},
+}
+WALK = {"sss_method": "RANDOM_WALK", "exact_walks": True}
+
+
+def scene_of(body: str, length: float, light: str, entry: str):
+    """A body in one of the lights, seen from its front, which looks along -y."""
+    lamp, sky = LIGHTS[light]
+    program = subsurface_program(COLORS, length, roughness=0.4, entry=entry)
+    lamps = [area_lamp(matrix(lamp[0], -np.asarray(lamp[1])), (lamp[2],) * 3, lamp[3], lamp[3])] if lamp else []
+    scene = scatter_scene(BODIES[body](), program, lamps, sky)
+    return look(scene, (0.5, -4.0, 0.6), width=SIZE, height=SIZE, size=1.3)
+
+
+def pictures(scene, samples: int, seed: int = 0, **settings) -> tuple[np.ndarray, float]:
+    """(the light below the surface, rgb; seconds) on two threads."""
+    began = time.perf_counter()
+    image = render(scene, samples, ("Combined", "Subsurface"), 2, seed=seed, max_bounces=0, **settings)["Subsurface"]
+    return image, time.perf_counter() - began
+
+
+def rows(bodies, lengths, lights, samples: int, entry: str):
+    """A row for each body, length, light, method and albedo."""
+    for body, length, light in itertools.product(bodies, lengths, lights):
+        scene = scene_of(body, length, light, entry)
+        truth, walked = pictures(scene, 2 * samples, 7, **WALK)
+        # The block error that the truth's own noise makes: half of what two halves of it differ by, twice over.
+        other, _ = pictures(scene, samples, 8, **WALK)
+        for method, settings in METHODS.items():
+            image, seconds = pictures(scene, samples, **settings)
+            for k, color in enumerate(COLORS):
+                one, right, noisy = (np.repeat(x[..., k : k + 1], 3, axis=2) for x in (image, truth, other))
+                yield {
+                    "body": body, "mfp": length, "light": light, "method": method, "color": color,
+                    "bias": float(one.mean() / right.mean() - 1.0), "block": block_error(one, right),
+                    "flip": flip(one, right), "noise": block_error(noisy, right),
+                    "time": 2.0 * seconds / walked,
+                }  # fmt: skip
+
+
+def summary(found: list[dict]) -> str:
+    """A Markdown table: bias and block error by body, light and length, geometric means over the albedos."""
+    lines = ["| body | light | mfp / size | " + " | ".join(f"{m} bias | block error | FLIP" for m in METHODS) + " |"]
+    lines.append("|" + "---|" * (3 + 3 * len(METHODS)))
+    for body, light, mfp in sorted({(r["body"], r["light"], r["mfp"]) for r in found}):
+        cells = [body, light, f"{mfp:g}"]
+        for method in METHODS:
+            own = [r for r in found if (r["body"], r["light"], r["mfp"], r["method"]) == (body, light, mfp, method)]
+            worst = max((r["bias"] for r in own), key=abs)
+            block = np.mean([r["block"] for r in own])
+            cells += [f"{100 * worst:+.0f} %", f"{block:.4f}", f"{np.mean([r['flip'] for r in own]):.3f}"]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bodies", nargs="+", default=list(BODIES))
+    parser.add_argument("--lengths", nargs="+", type=float, default=list(MEAN_FREE_PATHS))
+    parser.add_argument("--lights", nargs="+", default=list(LIGHTS))
+    parser.add_argument("--samples", type=int, default=32)
+    parser.add_argument("--entry", default="DIFFUSE")
+    parser.add_argument("--out", type=Path)
+    asked = parser.parse_args()
+    found = []
+    for row in rows(asked.bodies, asked.lengths, asked.lights, asked.samples, asked.entry):
+        found.append(row)
+        if asked.out:
+            asked.out.write_text(json.dumps(found))
+    print(summary(found))
+    for method in METHODS:
+        print(
+            method,
+            *(f"{np.mean([r[m] for r in found if r['method'] == method]):.4f}" for m in ("block", "flip", "time")),
+        )
+
+
+if __name__ == "__main__":
+    main()
