@@ -1,4 +1,4 @@
-"""DIFFUSION, HYBRID as published and HYBRID that knows the thickness beside random walks: `python -m benchmarks.hybrid_sweep`.
+"""DIFFUSION, HYBRID as published and as it is here beside random walks: `python -m benchmarks.hybrid_sweep`.
 
 Bodies × mean free path / size × lights; the three channels are three albedos. Truth is RANDOM_WALK with the same entry,
 without Cycles' approximations. `--out` names a JSON file with every row, `--docs` the page whose table and plot are

@@ -16,6 +16,8 @@ _THINNEST, _THICKEST = float(THICKNESS[0]), float(THICKNESS[-1])
 _SINGLE = _S * _G * _MU
 _REFLECTED = _SINGLE + _G * _MU
 _TRANSMITTED = _REFLECTED + _S * _G * _MU * _B
+_NEAR = _TRANSMITTED + _S * _G * _MU * _B
+_FAR = _NEAR + _S * _B
 
 
 @inlined
@@ -75,3 +77,17 @@ def slab_albedos(table, s, g, mu, b):
     t = math.exp(t + _cube(table, _TRANSMITTED + i + 1, _B, s, g, mu) * f)
     thin = min(b / _THINNEST, 1.0)  # both grow with the square of a small thickness
     return r * thin * thin, t * thin * thin
+
+
+@device
+def spread_scales(table, s, b):
+    """Factors of the profile's scale in a slab: (on the side where light enters, on the other)."""
+    i, fi = _cell(s * (_S - 1), _S)
+    k, fk = _cell(2.0 * math.log2(max(b, _THINNEST) / _THINNEST), _B)
+    near = far = 0.0
+    for corner in range(4):
+        a, c = corner >> 1, corner & 1
+        w = (fi if a else 1.0 - fi) * (fk if c else 1.0 - fk)
+        near += w * load_f32(table, _NEAR + (i + a) * _B + k + c)
+        far += w * load_f32(table, _FAR + (i + a) * _B + k + c)
+    return near, far

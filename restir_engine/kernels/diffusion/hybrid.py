@@ -31,7 +31,7 @@ from ..records import (
 )
 from ..scatter_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
 from ..vec import dot, load3_f64, madd, max3, mul, scale, vec
-from .albedo import similar, single_albedo, slab_albedos, total_albedo
+from .albedo import similar, single_albedo, slab_albedos, spread_scales, total_albedo
 from .diffusion import channel_shares, probe_around
 from .exits import amount, exit_at, light_exits, put_exit
 from .medium import channels, far_share, multiple_shape, profile_scales
@@ -39,7 +39,7 @@ from .probe import H_EVENTS, H_NORMAL, H_PDF, H_WEIGHT, hit_distance
 from .profile import REACH
 
 # The far side of a slab that is thick against its profile gets at most so many times what the profile has there.
-_MOST = 8.0
+_MOST = 4.0
 
 _DIM_DISTANCE, _DIM_PHASE, _DIM_ESCAPE = 3, 4, 5
 
@@ -123,28 +123,39 @@ def _single(scene, scratch, path, sp, o, d, thickness, weight, sigma_t, alpha, g
 
 @device
 def _sides(table, sigma_t, alpha, g, mu, thickness, aware):
-    """One channel's (M, near, far): the part of the light that a half space returns after two scatterings and more,
-    and factors of the profile on the side where light enters and on the other."""
+    """One channel's (M, near, far, wide near, wide far).
+
+    M: the part of the light that a half space returns after two scatterings and more; factors of the profile, and of
+    its scale, on the side where light enters and on the other.
+    """
     s = similar(alpha, g)
     multiple = max(total_albedo(table, s, g, mu) - alpha * single_albedo(table, g, mu), 0.0)
     if not aware or thickness >= FAR or not multiple > 0.0:
-        return multiple, 1.0, 1.0
+        return multiple, 1.0, 1.0, 1.0, 1.0
     d, d0, share = profile_scales(sigma_t, alpha, g)
-    reflected, transmitted = slab_albedos(table, s, g, mu, sigma_t * (1.0 - g * alpha) * thickness)
-    beyond = multiple * far_share(thickness, d, d0, share)
+    b = sigma_t * (1.0 - g * alpha) * thickness
+    reflected, transmitted = slab_albedos(table, s, g, mu, b)
+    wide_near, wide_far = spread_scales(table, s, b)
+    beyond = multiple * far_share(thickness, wide_far * d, wide_far * d0, share)
     far = min(transmitted / max(beyond, 1.0e-30), _MOST)
     # What the profile cannot bring to the far side stays on the near one: a thick slab is a half space.
-    return multiple, (reflected + transmitted - far * beyond) / multiple, far
+    return multiple, (reflected + transmitted - far * beyond) / multiple, far, wide_near, wide_far
+
+
+@inlined
+def _sampled(near, far):
+    """The factor of the scale with which the probe looks for both sides."""
+    return 0.5 * (near + min(far, 1.0))
 
 
 @device
 def _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, thickness):
     """Make exits of the probe's hits, weighted by what scatters twice and more; how many."""
     albedos, aware = load_i64(table, ALBEDOS), load_i64(table, FLAGS) & THICKNESS_AWARE != 0
-    m0, n0, f0 = _sides(albedos, sigma_t[0], alpha[0], g, mu, thickness, aware)
-    m1, n1, f1 = _sides(albedos, sigma_t[1], alpha[1], g, mu, thickness, aware)
-    m2, n2, f2 = _sides(albedos, sigma_t[2], alpha[2], g, mu, thickness, aware)
-    near, far = (n0, n1, n2), (f0, f1, f2)
+    m0, n0, f0, a0, b0 = _sides(albedos, sigma_t[0], alpha[0], g, mu, thickness, aware)
+    m1, n1, f1, a1, b1 = _sides(albedos, sigma_t[1], alpha[1], g, mu, thickness, aware)
+    m2, n2, f2, a2, b2 = _sides(albedos, sigma_t[2], alpha[2], g, mu, thickness, aware)
+    near, far, wide_near, wide_far = (n0, n1, n2), (f0, f1, f2), (a0, a1, a2), (b0, b1, b2)
     full = mul(weight, (m0, m1, m2))
     if not max3(full) > 0.0:
         return 0
@@ -153,17 +164,21 @@ def _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, th
     d2, s2, p2 = profile_scales(sigma_t[2], alpha[2], g)
     d, single, share = (d0, d1, d2), (s0, s1, s2), (p0, p1, p2)
     x, n = vec(sp.p), vec(sp.ng)
-    found = probe_around(scene, table, scratch, path, sp, full, d)
+    sampled = (d0 * _sampled(a0, b0), d1 * _sampled(a1, b1), d2 * _sampled(a2, b2))
+    found = probe_around(scene, table, scratch, path, sp, full, sampled)
     for k in range(found):
         hit = exit_at(scratch, k)
         pdf = load_f64(hit, H_PDF)
         r = hit_distance(hit, x)
-        facing = 0.5 + 0.5 * dot(load3_f64(hit, H_NORMAL), n)
+        away = max(-dot(load3_f64(hit, H_NORMAL), n), 0.0)
         for c in range(3):
             w = 0.0
-            if full[c] > 0.0 and r <= REACH * d[c] and pdf > 0.0:
-                w = full[c] * multiple_shape(r, d[c], single[c], share[c]) / pdf
-                w *= far[c] + (near[c] - far[c]) * facing
+            if full[c] > 0.0 and r <= REACH * sampled[c] and pdf > 0.0:
+                a, b = wide_near[c], wide_far[c]
+                w = (1.0 - away) * near[c] * multiple_shape(r, a * d[c], a * single[c], share[c])
+                if away > 0.0:
+                    w += away * far[c] * multiple_shape(r, b * d[c], b * single[c], share[c])
+                w *= full[c] / pdf
             store_f64(hit, H_WEIGHT + c, w)
         store_f64(hit, H_EVENTS, 2.0)
     return found

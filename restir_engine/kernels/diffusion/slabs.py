@@ -4,6 +4,8 @@
 too thin to scatter twice is doubled until nothing comes through it any more. Boundaries are matched, the phase function
 is Henyey and Greenstein's. A row of `total` and `single` belongs to a half space, one of `reflected` and `transmitted`
 to a slab; all are parts of the light that enters along one direction. Of `transmitted` the logarithm is kept.
+`near` and `far` are factors of the profile's scale with which it spreads that light as far to the side as it is in an
+isotropic slab, on the side where it entered and on the other.
 
 Axes: s = √(1 - α*), α* = (1 - g) α / (1 - g α) being the albedo of the isotropic medium that is similar; g; the cosine
 of the direction of entry; and for slabs the optical thickness σ_t (1 - g α) thickness, in powers of √2.
@@ -14,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .profile import SINGLE_ALBEDO, SINGLE_SHAPE
+
 _FILE = Path(__file__).with_name("slabs.npz")
 _NODES = 16  # quadrature: half the terms of the phase function that are kept
 _THINNEST = 2.0**-22
@@ -22,12 +26,12 @@ S = np.linspace(0.0, 1.0, 17)
 G = np.linspace(-0.9, 0.9, 13)
 MU = np.square(np.linspace(0.0, 1.0, 7))
 THICKNESS = 2.0 ** np.arange(-4, 5.25, 0.5)
-NAMES = ("total", "single", "reflected", "transmitted")
+NAMES = ("total", "single", "reflected", "transmitted", "near", "far")
 
 
 @cache
 def slab_tables() -> np.ndarray:
-    """All tables behind one another, float32: [S, G, MU], [G, MU], [S, G, MU, THICKNESS] twice."""
+    """All tables behind one another, float32: [S, G, MU], [G, MU], 2 × [S, G, MU, THICKNESS], 2 × [S, THICKNESS]."""
     with np.load(_FILE) as data:
         return np.concatenate([data[name].ravel() for name in NAMES]).astype(np.float32)
 
@@ -108,6 +112,52 @@ def single(g: float, mu: np.ndarray, thickness: float = np.inf) -> tuple[np.ndar
     return 0.5 * w @ (phase(-1.0) * back), 0.5 * w @ (phase(1.0) * ahead)
 
 
+def spread(thickness: float, s: np.ndarray, photons: int, seed: int = 1) -> np.ndarray:
+    """Mean distance to the side [2, s], in mean free paths, of diffuse light that a slab reflects and transmits.
+
+    After two isotropic scatterings and more, by random walks without absorption, weighted for every albedo at once.
+    """
+    random = np.random.default_rng(seed)
+    alpha = np.minimum(1.0 - np.square(s), 1.0 - 1e-4)
+    weight, moment = np.zeros((2, len(s))), np.zeros((2, len(s)))
+    x, cosine, events = np.zeros((3, photons)), np.sqrt(random.random(photons)), 0
+    while x.shape[1] and events < 4000:
+        azimuth, sine = 2.0 * np.pi * random.random(len(cosine)), np.sqrt(1.0 - cosine**2)
+        d = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine])
+        y = x + d * -np.log1p(-random.random(len(cosine)))
+        leaves = (y[2] < 0.0, y[2] > thickness)
+        for side, (out, plane) in enumerate(zip(leaves, (0.0, thickness), strict=True)):
+            if events >= 2 and out.any():
+                t = (plane - x[2, out]) / d[2, out]
+                weight[side] += alpha**events * out.sum()
+                moment[side] += alpha**events * np.hypot(*(x[:2, out] + t * d[:2, out])).sum()
+        x = y[:, ~(leaves[0] | leaves[1])]
+        cosine, events = 2.0 * random.random(x.shape[1]) - 1.0, events + 1
+    return moment / np.maximum(weight, 1e-30)
+
+
+def _profile_spread(scale: float, s: float, thickness: float) -> float:
+    """Mean distance to the side on a plane at `thickness` under the profile R_n, `scale` times as wide."""
+    albedo = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
+    share = min((1.0 - s * s) * SINGLE_ALBEDO / max(albedo, 1e-9), 0.999)
+    r = np.exp(np.linspace(-8.0, 8.0, 300))  # a trapezoidal rule in log r: its ends count for nothing
+    d, d0 = scale / (1.9 - albedo + 3.5 * (albedo - 0.8) ** 2), scale / SINGLE_SHAPE
+    away = np.hypot(r, thickness)
+    density = (np.exp(-away / d) + np.exp(-away / (3 * d))) / d
+    density -= share * (np.exp(-away / d0) + np.exp(-away / (3 * d0))) / d0
+    density *= r * r / away
+    return float((density * r).sum() / max(density.sum(), 1e-300))
+
+
+def _scale(target: float, s: float, thickness: float) -> float:
+    """The scale, 1/8 to 4, with which the profile spreads as far as `target`."""
+    low, high = 0.125, 4.0
+    for _ in range(20):
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if _profile_spread(middle, s, thickness) < target else (low, middle)
+    return np.sqrt(low * high)
+
+
 def make() -> None:
     """Compute the tables and store them beside this file."""
     total = np.zeros((len(S), len(G), len(MU)))
@@ -126,8 +176,13 @@ def make() -> None:
                 r1, t1 = single(g, MU, thickness)
                 reflected[i, j, :, k] = r[k] - alpha * r1
                 transmitted[i, j, :, k] = t[k] - np.exp(-thickness / np.maximum(MU, 1e-3)) - alpha * t1
+    near, far = np.zeros((2, len(S), len(THICKNESS)))
+    for k, b in enumerate(THICKNESS):
+        reflection, transmission = spread(b, S, 300_000 if b < 8.0 else 100_000)
+        for i, s in enumerate(S):
+            near[i, k], far[i, k] = _scale(reflection[i], s, 0.0), _scale(transmission[i], s, b)
     transmitted = np.log(np.maximum(transmitted, 1e-30))
-    tables = (total, once, np.maximum(reflected, 0.0), transmitted)
+    tables = (total, once, np.maximum(reflected, 0.0), transmitted, near, far)
     np.savez_compressed(_FILE, **{n: table.astype(np.float32) for n, table in zip(NAMES, tables, strict=True)})
 
 
