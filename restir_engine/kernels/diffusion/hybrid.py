@@ -30,16 +30,16 @@ from ..records import (
     shading_point_at,
 )
 from ..scatter_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
-from ..vec import dot, load3_f64, madd, max3, mul, scale, vec
+from ..vec import dot, load3_f64, madd, max3, mul, neg, scale, vec
 from .albedo import similar, single_albedo, slab_albedos, spread_scales, total_albedo
 from .diffusion import channel_shares, probe_around
 from .exits import amount, exit_at, light_exits, put_exit
 from .medium import channels, far_share, multiple_shape, profile_scales
-from .probe import H_EVENTS, H_NORMAL, H_PDF, H_WEIGHT, hit_distance
+from .probe import H_EVENTS, H_NORMAL, H_PDF, H_WEIGHT, hit_distance, triangle_point
 from .profile import REACH
 
 # The far side of a slab that is thick against its profile gets at most so many times what the profile has there.
-_MOST = 4.0
+_MOST = 64.0
 
 _DIM_DISTANCE, _DIM_PHASE, _DIM_ESCAPE = 3, 4, 5
 
@@ -53,6 +53,21 @@ def first_hit(scene, scratch, sp, o, d):
         if primitive == sp.primitive:
             return FAR, -1, u, v
     return t, primitive, u, v
+
+
+@device
+def _thickness(scene, sp, d, mu, t, primitive, u, v):
+    """How thick the object is below `sp`: exactly that of a slab and of a ball, whatever the boundary's ray along d.
+
+    The ray has met the triangle at t. Between parallel faces the thickness is t mu; in a ball it is t / mu, and the
+    normals' angle tells the two apart: half of one less their cosine is 1 between parallel faces, mu² in a ball.
+    """
+    if primitive < 0:
+        return FAR
+    _, n = triangle_point(scene, sp.instance, primitive, u, v)
+    if dot(n, d) < 0.0:
+        n = neg(n)
+    return t * mu / max(0.5 - 0.5 * dot(n, vec(sp.ng)), 1.0e-6)
 
 
 @inlined
@@ -170,14 +185,15 @@ def _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, th
         hit = exit_at(scratch, k)
         pdf = load_f64(hit, H_PDF)
         r = hit_distance(hit, x)
-        away = max(-dot(load3_f64(hit, H_NORMAL), n), 0.0)
+        away = 0.5 - 0.5 * dot(load3_f64(hit, H_NORMAL), n) if aware else 0.0
+        away *= away
         for c in range(3):
             w = 0.0
             if full[c] > 0.0 and r <= REACH * sampled[c] and pdf > 0.0:
                 a, b = wide_near[c], wide_far[c]
                 w = (1.0 - away) * near[c] * multiple_shape(r, a * d[c], a * single[c], share[c])
                 if away > 0.0:
-                    w += away * far[c] * multiple_shape(r, b * d[c], b * single[c], share[c])
+                    w += away * far[c] * multiple_shape(max(r, thickness), b * d[c], b * single[c], share[c])
                 w *= full[c] / pdf
             store_f64(hit, H_WEIGHT + c, w)
         store_f64(hit, H_EVENTS, 2.0)
@@ -203,7 +219,8 @@ def hybrid(scene, integrator, film, scratch, _):
     o = vec(sp.p)
     mu = -dot(d, vec(sp.ng))
     t, primitive, u, v = first_hit(scene, scratch, sp, o, d)
-    n = _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, t * mu)
+    thickness = _thickness(scene, sp, d, mu, t, primitive, u, v)
+    n = _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, thickness)
     analog = load_i64(table, FLAGS) & ANALOG_ESCAPE != 0
     n += _single(scene, scratch, path, sp, o, d, t, weight, sigma_t, alpha, g, analog, exit_at(scratch, n))
     if primitive >= 0:
