@@ -4,11 +4,11 @@ One direction of entry serves all three. The boundary exit lies where it meets t
 scattered ray does; the probe's hits are the exits of what scatters more often, by the profile R_n, scaled so that a
 half space returns what it does for that direction of entry.
 
-The profile knows nothing of the object's thickness, which is not in the paper. Where that is asked for, its parts on the
-near and on the far side are scaled by what a slab of the local thickness reflects and transmits, and are as wide as what
-it spreads. A point that faces the same way lies on the near side, one that faces the opposite way on the far one, and
-the share of the latter in between is the square of half of one less the normals' cosine. The thickness is found by the
-boundary's ray.
+The profile knows nothing of the object's thickness, which is not in the paper. Where that is asked for, its parts on
+the near and on the far side are scaled by what a slab of the local thickness reflects and transmits, and are as wide as
+what it spreads. A point that faces the same way lies on the near side, one that faces the opposite way on the far one,
+and the share of the latter in between is the square of half of one less the normals' cosine. The thickness is found by
+the boundary's ray.
 """
 
 import math
