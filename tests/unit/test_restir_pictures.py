@@ -24,7 +24,8 @@ def check(ours: np.ndarray, reference: np.ndarray) -> None:
     off, error, z = compare(ours, reference)
     assert np.isfinite(ours).all()
     assert (error < 0.004).all(), f"standard errors {error} are too large to tell"
-    assert (np.abs(off) < np.minimum(3.0 * error, 0.005)).all(), f"off by {off}, standard errors {error}"
+    # Errors come from 8 groups each, so that 4 of them are as rare as 3 exact ones.
+    assert (np.abs(off) < np.minimum(4.0 * error, 0.005)).all(), f"off by {off}, standard errors {error}"
     assert np.abs(z).mean() < 1.2, np.abs(z).mean()
 
 

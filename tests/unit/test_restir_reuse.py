@@ -20,8 +20,11 @@ SIZE = 24
 TILE = (0, 0, SIZE, SIZE)
 
 
-def frames_of(scenes, seed: int, plan: ReusePlan, samples: int = 1) -> np.ndarray:
-    """The mean of the samples of the last scene, (size, size, 3); each scene inherits from the one before."""
+def frames_of(scenes, seed: int, plan: ReusePlan, samples: int = 1, seen: bool = False):
+    """The mean of the samples of the last scene, (size, size, 3); each scene inherits from the one before.
+
+    With `seen` (that mean, V of the last sample's reservoirs).
+    """
     passes = Passes(plan)
     for number, scene in enumerate(scenes):
         settings = RenderSettings(seed=seed * 16 + number, max_bounces=0)
@@ -33,7 +36,8 @@ def frames_of(scenes, seed: int, plan: ReusePlan, samples: int = 1) -> np.ndarra
                 stage.run(TILE, scratch)
                 stage.finish()
     film.samples = samples
-    return film.pass_array("Combined")[:, :, :3]
+    picture = film.pass_array("Combined")[:, :, :3]
+    return (picture, integrator.visibility()) if seen else picture
 
 
 def moving(step: int):

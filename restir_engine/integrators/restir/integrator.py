@@ -16,6 +16,7 @@ from .candidates import candidates_tile
 from .frame import Frame
 from .gbuffer import gbuffer_tile
 from .passes import NO_TILE, Passes, ReusePlan, plan_of
+from .reservoir import UNKNOWN
 from .shade import film_tile, shade_tile
 
 if TYPE_CHECKING:
@@ -93,9 +94,16 @@ class RestirIntegrator(Integrator):
         if self.tiles:
             self.tiles.release()
 
+    def visibility(self) -> np.ndarray:
+        """V̄ of the samples in the last finished frame, for looking at: (height, width, 3), NaN where unknown."""
+        layers = self._finished.reservoirs["visibility"]
+        v = layers[0] if len(layers) == 1 else np.stack([layers[c, :, :, c] for c in range(3)], -1)
+        return np.where(v == UNKNOWN, np.nan, v)
+
     def _finish(self) -> None:
         """A finished frame is history to the next."""
         self.warn()
+        self._finished = self.frame
         if self.passes.plan.temporal:
             self.frame = self.passes.remember(self.scene, self.camera, self.frame) or self._new_frame()
 

@@ -1,0 +1,115 @@
+"""One frame of RESTIR after sixteen of a moving camera, beside PATH: `python -m benchmarks.moving_camera`.
+
+Coloured point lamps over a floor with boxes, one sample a pixel and frame, one thread. PATH
+takes as many samples as fit into the time that RESTIR's last frame took on the CPU. Prints the ratio of their relMSE
+against a converged picture; direct light alone where no bounces are asked for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "unit"))
+
+from light_scenes import matrix
+from pictures import CUBE, QUAD, Builder, coated, diffuse, look, render, scaled
+
+from benchmarks.bias import relmse
+from restir_engine.film import Film
+from restir_engine.integrators.path import PathIntegrator
+from restir_engine.integrators.restir.integrator import RestirIntegrator
+from restir_engine.integrators.restir.passes import Passes, ReusePlan
+from restir_engine.kernels.records import RAY_ALL, RAY_CAMERA
+from restir_engine.scene.lamps import point_lamp
+from restir_engine.settings import RenderSettings, required_passes
+
+FRAMES = 17
+
+
+def lanterns(lamps: int):
+    """A floor, a wall and boxes under coloured lamps; not yet committed to a camera."""
+    random = np.random.default_rng(5)
+    b = Builder()
+    b.add(QUAD, coated((0.6, 0.55, 0.5), 0.4), scaled(matrix(), 5.0, 5.0, 1.0))
+    b.add(QUAD, diffuse((0.6, 0.6, 0.6)), scaled(matrix((0.0, 2.5, 0.0), (0.0, -1.0, 0.0)), 5.0, 5.0, 1.0))
+    for x, y in random.uniform(-2.0, 2.0, (12, 2)):
+        b.add(CUBE, diffuse(random.uniform(0.2, 0.8, 3)), scaled(matrix((x, y, 0.2)), 0.2, 0.2, 0.2))
+    for place in random.uniform((-2.5, -2.5, 0.8), (2.5, 2.3, 2.4), (lamps, 3)):
+        color = random.uniform(0.05, 1.0, 3) ** 2 * 1500.0 / lamps
+        b.lamp(point_lamp(matrix(tuple(place)), color, 0.02, visibility=RAY_ALL & ~RAY_CAMERA))
+    return b
+
+
+def view(step: int, size: int):
+    """The camera of a frame: it walks around the middle and comes closer."""
+    angle = 0.02 * step
+    return look((3.2 * np.sin(angle), -3.2 * np.cos(angle), 1.9 - 0.01 * step), (0.0, 0.0, 0.3), size)
+
+
+def frame(integrator, sample: int, samples: int, tiles) -> float:
+    """Render samples on this thread; seconds of it."""
+    scratch = integrator.scratch()
+    start = time.process_time()
+    for stage in integrator.stages(sample, samples):
+        for item in stage.items or tiles:
+            stage.run(item, scratch)
+        stage.finish()
+    return time.process_time() - start
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--lamps", type=int, default=400)
+    parser.add_argument("--size", type=int, default=64)
+    parser.add_argument("--bounces", type=int, default=0)
+    parser.add_argument("--reference", type=int, default=1000, help="samples of PATH")
+    args = parser.parse_args()
+    size = args.size
+    tiles = [(x, y, min(x + 32, size), min(y + 32, size)) for y in range(0, size, 32) for x in range(0, size, 32)]
+    scene = lanterns(args.lamps).finish(view(0, size))
+    plans = {
+        "no reuse": ReusePlan(),
+        "spatial": ReusePlan(rounds=1),
+        "temporal": ReusePlan(temporal=True),
+        "both": ReusePlan(temporal=True, rounds=1),
+        "both, 8 neighbours": ReusePlan(temporal=True, rounds=1, options={"neighbours": 8}),
+        "both, by channel": ReusePlan(temporal=True, rounds=1, by_channel=True),
+        "both, by channel, 2 rounds": ReusePlan(temporal=True, rounds=2, by_channel=True),
+        "both, 8 neighbours, ESTIMATED by channel": ReusePlan(
+            temporal=True, rounds=1, by_channel=True, options={"visibility": "ESTIMATED", "neighbours": 8}
+        ),
+    }
+    result = {}
+    for name, plan in plans.items():
+        passes = Passes(plan)
+        for step in range(FRAMES):
+            scene.camera = view(step, size)
+            scene.commit()
+            settings = RenderSettings(seed=step, max_bounces=args.bounces)
+            film = Film(size, size, required_passes(settings.passes, False), 1.0)
+            seconds = frame(RestirIntegrator(scene, settings, film, plan, passes), 0, 1, tiles)
+        film.samples = 1
+        result[name] = seconds, film.pass_array("Combined")[:, :, :3]
+    reference = render(scene, args.reference, seed=99, integrator="PATH", max_bounces=args.bounces)
+    for name, (seconds, ours) in result.items():
+        film = Film(size, size, required_passes(settings.passes, False), 1.0)
+        path = PathIntegrator(scene, settings, film)
+        count = max(1, round(seconds / (frame(path, 100, 8, tiles) / 8)))
+        film.pixels[:] = 0.0
+        path_seconds = frame(path, 4, count, tiles)
+        film.samples = count
+        errors = relmse(ours, reference), relmse(film.pass_array("Combined")[:, :, :3], reference)
+        print(
+            f"{name}: {seconds:.2f} s, relMSE {errors[0]:.4f}; PATH, {count} samples, {path_seconds:.2f} s, "
+            f"relMSE {errors[1]:.4f}; ratio {errors[1] / errors[0]:.1f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
