@@ -1,6 +1,6 @@
 """One frame of RESTIR after sixteen of a moving camera, beside PATH: `python -m benchmarks.moving_camera`.
 
-Coloured point lamps over a floor with boxes, one sample a pixel and frame, one thread. PATH
+Lamps over a floor with boxes, one sample a pixel and frame, one thread. PATH
 takes as many samples as fit into the time that RESTIR's last frame took on the CPU. Prints the ratio of their relMSE
 against a converged picture; direct light alone where no bounces are asked for.
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "unit"))
 
-from light_scenes import matrix
+from light_scenes import emission_program, matrix
 from pictures import CUBE, QUAD, Builder, coated, diffuse, look, render, scaled
 
 from benchmarks.bias import relmse
@@ -31,8 +31,8 @@ from restir_engine.settings import RenderSettings, required_passes
 FRAMES = 17
 
 
-def lanterns(lamps: int):
-    """A floor, a wall and boxes under coloured lamps; not yet committed to a camera."""
+def lanterns(lamps: int, glowing: bool, size: int):
+    """A floor, a wall and boxes under coloured lamps, or cubes that glow in one colour; the camera sees no light."""
     random = np.random.default_rng(5)
     b = Builder()
     b.add(QUAD, coated((0.6, 0.55, 0.5), 0.4), scaled(matrix(), 5.0, 5.0, 1.0))
@@ -40,9 +40,15 @@ def lanterns(lamps: int):
     for x, y in random.uniform(-2.0, 2.0, (12, 2)):
         b.add(CUBE, diffuse(random.uniform(0.2, 0.8, 3)), scaled(matrix((x, y, 0.2)), 0.2, 0.2, 0.2))
     for place in random.uniform((-2.5, -2.5, 0.8), (2.5, 2.3, 2.4), (lamps, 3)):
+        if glowing:
+            color = random.uniform(0.2, 1.0) ** 3 * np.array([1.0, 0.8, 0.6]) * 2e5 / lamps
+            b.add(CUBE, emission_program(color), scaled(matrix(tuple(place)), 0.02, 0.02, 0.02))
+            continue
         color = random.uniform(0.05, 1.0, 3) ** 2 * 1500.0 / lamps
         b.lamp(point_lamp(matrix(tuple(place)), color, 0.02, visibility=RAY_ALL & ~RAY_CAMERA))
-    return b
+    scene = b.finish(view(0, size))
+    scene.instances["visibility"][scene.instances["lights"] >= 0] &= ~RAY_CAMERA
+    return scene
 
 
 def view(step: int, size: int):
@@ -65,13 +71,14 @@ def frame(integrator, sample: int, samples: int, tiles) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lamps", type=int, default=400)
+    parser.add_argument("--glowing", action="store_true", help="cubes of triangles in place of lamps")
     parser.add_argument("--size", type=int, default=64)
     parser.add_argument("--bounces", type=int, default=0)
     parser.add_argument("--reference", type=int, default=1000, help="samples of PATH")
     args = parser.parse_args()
     size = args.size
     tiles = [(x, y, min(x + 32, size), min(y + 32, size)) for y in range(0, size, 32) for x in range(0, size, 32)]
-    scene = lanterns(args.lamps).finish(view(0, size))
+    scene = lanterns(args.lamps, args.glowing, size)
     plans = {
         "no reuse": ReusePlan(),
         "spatial": ReusePlan(rounds=1),
