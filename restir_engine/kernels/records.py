@@ -420,7 +420,7 @@ INTEGRATOR = _record(
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
     "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.scatter_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
-    "media",  # int64 [4]: code for media that paths cross; see kernels.media.calls
+    "media",  # int64 [5]: code for media that paths cross; see kernels.media.calls
     "camera_in_media",  # 1: camera rays may start inside a medium
 )
 FILTER_TABLE_SIZE = 1025

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from media_scenes import along_y, cube, medium, picture, stage
-from pictures import WHITE, matrix
+from pictures import QUAD, WHITE, diffuse, look, matrix, render, scaled
 
 from restir_engine.kernels.records import MAX_MEDIA
-from restir_engine.scene.lamps import sun_lamp
+from restir_engine.scene.lamps import point_lamp, sun_lamp
 
 SIGMA = np.array([0.2, 1.0, 3.0])
 
@@ -110,3 +110,20 @@ def test_as_many_nested_media_count_as_are_kept():
     kept = sum(2.0 * (1.0 - 0.05 * k) for k in range(MAX_MEDIA))
     inner = picture(b, camera=along_y(0.4))
     assert -np.log(inner.mean()) == pytest.approx(0.1 * kept, rel=1e-4)
+
+
+def test_restir_finds_the_media_around_its_vertices():
+    """A floor inside of a medium, behind an invisible boundary and lit by resampling; means within three errors."""
+
+    def image(integrator: str, seed: int) -> np.ndarray:
+        b = stage(world=0.2)
+        b.lamp(point_lamp(matrix((0.5, -0.3, 2.0)), 40.0 * WHITE, 0.2))
+        cube(b, medium(absorption=(0.1, 0.3, 0.6), scattering=(0.2, 0.1, 0.1)))
+        b.add(QUAD, diffuse((0.8, 0.7, 0.6)), scaled(matrix((0.0, 0.0, -0.5)), 0.9, 0.9, 1.0))
+        scene = b.finish(look((0.3, -3.0, 1.6), (0.0, 0.0, -0.4), 16))
+        return render(scene, 32, integrator=integrator, seed=seed, volume_bounces=2).mean((0, 1))
+
+    path, restir = (np.stack([image(name, seed) for seed in range(4)]) for name in ("PATH", "RESTIR"))
+    error = np.hypot(*(x.std(0, ddof=1) / 2.0 for x in (path, restir)))
+    assert np.all(np.abs(path.mean(0) - restir.mean(0)) < 4.0 * error + 0.002)
+    assert np.all(error < 0.02 * path.mean(0))

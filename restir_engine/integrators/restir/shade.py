@@ -4,6 +4,7 @@ from ...kernels.accumulate import add1
 from ...kernels.direct import add_direct, lit_bsdf, lobe_sum
 from ...kernels.jit import inlined, kernel
 from ...kernels.lights import light_point
+from ...kernels.media.calls import media_around
 from ...kernels.memory import load_f32, record_address
 from ...kernels.records import (
     LIGHT_SAMPLE_NO_SHADOW,
@@ -70,6 +71,7 @@ def shade_tile(scene, camera, integrator, film, frame, scratch, x0, y0, x1, y1):
             copy_words(record_address(sp), record_address(kept), POINT_WORDS)
             sp.closures = scratch + SCRATCH_CLOSURES
             sp.registers = registers
+            media_around(scene, integrator, scratch, path, sp)
             if frame.light != 0:
                 _add_sum(integrator, film, path, frame.light + 36 * index)
             else:

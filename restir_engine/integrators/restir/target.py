@@ -5,6 +5,7 @@ import math
 from ...kernels.direct import lit_bsdf, lobe_sum
 from ...kernels.jit import device, inlined
 from ...kernels.lights import light_point
+from ...kernels.media.calls import media_around
 from ...kernels.memory import load_f64, store_f64
 from ...kernels.records import LIGHT_SAMPLE_NO_SHADOW, SCRATCH_LIGHT_SAMPLE, light_sample_at, path_at, shading_point_at
 from ...kernels.shadow import transmittance
@@ -44,7 +45,9 @@ def visibility(scene, integrator, frame, scratch, pixel):
     if ls.flags & LIGHT_SAMPLE_NO_SHADOW:
         return (1.0, 1.0, 1.0)
     path = path_at(frame.paths, pixel)
-    return transmittance(scene, integrator, scratch, path, point_at(frame, pixel), vec(ls.wi), ls.distance, vec(ls.p))
+    sp = point_at(frame, pixel)
+    media_around(scene, integrator, scratch, path, sp)
+    return transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p))
 
 
 @inlined

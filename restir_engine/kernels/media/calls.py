@@ -23,7 +23,7 @@ from ..records import (
 )
 from ..vec import dot, put, vec
 
-BEGIN, SEGMENT, CROSS, SHADOW_RAY = range(4)
+BEGIN, AROUND, SEGMENT, CROSS, SHADOW_RAY = range(5)
 
 # What becomes of a path between two surfaces (PATH.event).
 PASSES, SCATTERED, ENDED = 0, 1, 2
@@ -59,6 +59,16 @@ def start_segment(scene, integrator, scratch, path, sp):
             _call(BEGIN, scene, integrator, 0, scratch, 0)
     elif goes_behind(scene, sp, vec(path.d)):
         _call(CROSS, scene, integrator, 0, scratch, 0)
+
+
+@inlined
+def media_around(scene, integrator, scratch, path, sp):
+    """Find the media before the surface at sp, where another kernel takes up a path that was left there."""
+    if not scene.flags & SCENE_HAS_MEDIA:
+        return
+    media_at(scratch + SCRATCH_MEDIA, 0).count = 0
+    if integrator.camera_in_media or path.bounce + path.boundaries + path.transparent_bounce > 0:
+        _call(AROUND, scene, integrator, 0, scratch, record_address(sp))
 
 
 @inlined

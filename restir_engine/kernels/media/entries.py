@@ -2,20 +2,20 @@
 
 import numpy as np
 
+from ..interaction import offset_origin
 from ..jit import Entry, entry
 from ..records import (
     SCENE_HAS_MEDIA,
-    SCRATCH_CLOSURES,
     SCRATCH_MEDIA,
     SCRATCH_PATH,
     SCRATCH_POINT,
-    SCRATCH_REGISTERS,
     film_at,
     integrator_at,
     path_at,
     scene_at,
     shading_point_at,
 )
+from ..vec import vec
 from .segment import follow_segment
 from .stack import cross
 from .through import find_media, trace_shadow
@@ -23,10 +23,14 @@ from .through import find_media, trace_shadow
 
 @entry
 def _begin(scene, integrator, film, scratch, _):
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
-    sp.closures = scratch + SCRATCH_CLOSURES
-    sp.registers = scratch + SCRATCH_REGISTERS
-    find_media(scene_at(scene, 0), scratch, path_at(scratch + SCRATCH_PATH, 0), sp)
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    find_media(scene_at(scene, 0), scratch, path, vec(path.o))
+
+
+@entry
+def _around(scene, integrator, film, scratch, sp):
+    sp = shading_point_at(sp, 0)
+    find_media(scene_at(scene, 0), scratch, path_at(scratch + SCRATCH_PATH, 0), offset_origin(sp, vec(sp.wo)))
 
 
 @entry
@@ -53,10 +57,10 @@ def _shadow(scene, integrator, film, scratch, sp):
 
 
 # In the order of calls.BEGIN …
-_ENTRIES: tuple[Entry, ...] = (_begin, _segment, _cross, _shadow)
+_ENTRIES: tuple[Entry, ...] = (_begin, _around, _segment, _cross, _shadow)
 
 
 def media_entries(scene_flags: int) -> np.ndarray:
-    """The table that INTEGRATOR.media points to: int64 (4,), compiled where it is not yet; 0 without media."""
+    """The table that INTEGRATOR.media points to: int64 (5,), compiled where it is not yet; 0 without media."""
     needed = scene_flags & SCENE_HAS_MEDIA
     return np.array([e.address if needed else 0 for e in _ENTRIES], np.int64)

@@ -1,10 +1,10 @@
-"""Shadow rays through media, and the media that a camera ray starts in."""
+"""Shadow rays through media, and the media around a point."""
 
 from ..interaction import surface_point
 from ..intersect import intersect
 from ..jit import device
 from ..memory import record_address
-from ..path_state import FAR, inherit, next_after, visibility
+from ..path_state import FAR, inherit, next_after
 from ..records import (
     MATERIAL_MEDIUM,
     MAX_MEDIA,
@@ -28,7 +28,7 @@ from ..shader_vm import shader_eval
 from ..vec import max3, mul, put, vec
 from .calls import goes_behind, is_hidden
 from .segment import decay
-from .stack import copy_for_shadow, copy_words, cross, find
+from .stack import copy_for_shadow, copy_words, cross, enter, find
 
 _POINT_WORDS = SHADING_POINT.itemsize // 8
 
@@ -90,25 +90,25 @@ def trace_shadow(scene, integrator, scratch, path, sp):
 
 
 @device
-def find_media(scene, scratch, path, sp):
-    """Fill the MEDIA around the origin of a camera ray: of meshes that a ray upwards leaves without entering."""
+def find_media(scene, scratch, path, o):
+    """Fill the MEDIA around o: of meshes that a ray upwards leaves without entering."""
     media = scratch + SCRATCH_MEDIA
     entered = scratch + SCRATCH_SHADOW_MEDIA
     media_at(media, 0).count = 0
     media_at(entered, 0).count = 0
+    point = _second_point(scratch)
     tmin = 0.0
     for _ in range(4 * MAX_MEDIA):
         d = (0.0, 0.0, 1.0)
-        t, instance, primitive, u, v = intersect(scene, scratch, vec(path.o), d, tmin, FAR, visibility(path.flags))
+        t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, FAR, RAY_CAMERA)
         if instance < 0:
             return
         tmin = next_after(t)
-        inherit(sp, path, t)
-        surface_point(scene, sp, instance, primitive, u, v, t, d)
-        if not material_at(scene.materials, sp.material).flags & MATERIAL_MEDIUM:
+        inherit(point, path, t)
+        surface_point(scene, point, instance, primitive, u, v, t, d)
+        if not material_at(scene.materials, point.material).flags & MATERIAL_MEDIUM:
             continue
-        if sp.backfacing == 0:
-            cross_at(scene, scratch, entered, sp)
-        elif find(entered, sp.instance, sp.material) < 0 and find(media, sp.instance, sp.material) < 0:
-            sp.backfacing = 0
-            cross_at(scene, scratch, media, sp)
+        if point.backfacing == 0:
+            enter(scene, entered, point)
+        elif find(entered, instance, point.material) < 0:
+            enter(scene, media, point)
