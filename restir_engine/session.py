@@ -20,7 +20,6 @@ import numpy as np
 from .denoise import denoise
 from .film import Film
 from .kernels import cache
-from .kernels.records import SCENE_HAS_MEDIA
 from .scene.scene import Scene
 from .settings import RenderSettings, required_passes
 
@@ -177,11 +176,7 @@ class Session:
 
     def _integrator(self) -> Integrator:
         """The integrator that the settings name; its module, and so its kernels, are imported when it is used."""
-        chosen = self.settings.integrator
-        if chosen == "RESTIR" and self.scene.record["flags"] & SCENE_HAS_MEDIA:
-            self.scene.warnings.add("Render", "Volumes", "scenes with volumes are rendered by the integrator PATH")
-            chosen = "PATH"
-        module, name = INTEGRATORS[chosen]
+        module, name = INTEGRATORS[self.settings.integrator]
         module = importlib.import_module(module, __package__)
         return getattr(module, name)(self.scene, self.settings, self.film)
 
