@@ -45,10 +45,11 @@ MAX_SEGMENTS_EXACT = 65536  # 0.2 % of the light of a white half space have not 
 FAITHFUL_SEGMENTS = 10  # before similarity takes over
 GUIDED_LATER = 0.75  # guided fraction from there on
 MIN_ALBEDO = 0.2  # below it Dwivedi's distribution is all but singular
+STRATIFIED = 4  # segments after the first whose numbers are stratified over the samples of a pixel
+WALK_DIMENSIONS = 2 * STRATIFIED + 1
 NEGLIGIBLE = 1.0e-6  # throughput
-DIM = (
-    0.4  # share of the throughput after one scattering below which a walk goes on by chance: saves a sixth of the time
-)
+# Share of the throughput after one scattering below which a walk goes on by chance: saves a sixth of the time.
+DIM = 0.4
 OPPOSITE = 10.0  # mean free paths within which the first ray looks for a far side
 
 
@@ -267,6 +268,9 @@ def walk(scene, scratch, sp, path, d, segments, exact):
         state, u0, u1 = rng.advance(state)
         state, u2, u3 = rng.advance(state)
         state, u4, u5 = rng.advance(state)
+        if segment <= STRATIFIED:
+            u0, u1 = rng.sample2(path.key, path.sample, path.dimension + 2 * segment - 1)
+            u3, u4 = rng.sample2(path.key, path.sample, path.dimension + 2 * segment)
         if brightness < dim:
             if u5 * dim >= brightness:
                 break
@@ -308,6 +312,6 @@ def random_walk(scene, integrator, film, scratch, _):
     u, v = hit_barycentrics(ray)
     leave(scene, sp, primitive, u, v, hit_distance(ray), d)
     put(path.throughput, throughput)
-    path.dimension += DIMENSIONS
+    path.dimension += WALK_DIMENSIONS
     path.scattered = LEAVES
     mark_scattered(film_at(film, 0), path, scattered)
