@@ -81,56 +81,19 @@ def _cluster_importance(table, k, o, n):
     return importance / d2
 
 
-@device
-def _choose_cluster(table, o, n, u):
-    """(index, probability, u made uniform again) of a cluster."""
-    chosen = 0
-    weight = 0.0
-    total = 0.0
-    for k in range(table.n_clusters):
-        w = _cluster_importance(table, k, o, n)
-        if w > 0.0:
-            total += w
-            p = w / total
-            if u < p:
-                chosen = k
-                weight = w
-                u /= p
-            else:
-                u = min((u - p) / (1.0 - p), 0.99999999)
-    return chosen, weight / total if total > 0.0 else 0.0, u
-
-
-@device
-def _cluster_probability(table, o, n, index):
-    total = 0.0
-    weight = 0.0
-    for k in range(table.n_clusters):
-        w = _cluster_importance(table, k, o, n)
-        total += w
-        if k == index:
-            weight = w
-    return weight / total if total > 0.0 else 0.0
-
-
 @inlined
-def choose_lamp(scene, o, n, u):
-    """(index, probability) of a lamp for o with normal n; probability 0: none lights it."""
-    if scene.n_lights == 1:
-        return 0, 1.0
-    table = light_table_at(scene.light_table, 0)
-    first = 0
-    last = scene.n_lights
-    share = 1.0
-    if table.n_clusters > 0:
-        k, share, u = _choose_cluster(table, o, n, u)
-        first = int(load_f64(table.clusters, 7 * k + 5))
-        last = int(load_f64(table.clusters, 7 * k + 6))
+def _weight(scene, table, clusters, i, o, n):
+    return _cluster_importance(table, i, o, n) if clusters else _importance(light_at(scene.lights, i), o, n)
+
+
+@device
+def _choose(scene, table, clusters, first, last, o, n, u):
+    """(index, probability, u made uniform again) of a cluster or lamp in [first, last); probability 0: none."""
     chosen = -1
     weight = 0.0
     total = 0.0
     for i in range(first, last):
-        w = _importance(light_at(scene.lights, i), o, n)
+        w = _weight(scene, table, clusters, i, o, n)
         if w > 0.0:
             total += w
             p = w / total
@@ -140,13 +103,42 @@ def choose_lamp(scene, o, n, u):
                 u /= p
             else:
                 u = min((u - p) / (1.0 - p), 0.99999999)
-    return chosen, share * weight / total if total > 0.0 else 0.0
+    return chosen, weight / total if total > 0.0 else 0.0, u
 
 
 @device
-def lamp_share(tiles, index):
-    """The probability, among lamps, with which tiles draw one."""
-    return load_f64(tiles.lamp_cdf, index + 1) - load_f64(tiles.lamp_cdf, index)
+def _probability(scene, table, clusters, first, last, o, n, index):
+    """The probability with which `_choose` chooses an index."""
+    total = 0.0
+    weight = 0.0
+    for i in range(first, last):
+        w = _weight(scene, table, clusters, i, o, n)
+        total += w
+        if i == index:
+            weight = w
+    return weight / total if total > 0.0 else 0.0
+
+
+@inlined
+def _span(table, k):
+    """The lamps [first, last) of a cluster."""
+    return int(load_f64(table.clusters, 7 * k + 5)), int(load_f64(table.clusters, 7 * k + 6))
+
+
+@inlined
+def choose_lamp(scene, o, n, u):
+    """(index, probability) of a lamp for o with normal n; probability 0: none lights it."""
+    if scene.n_lights == 1:
+        return 0, 1.0
+    table = light_table_at(scene.light_table, 0)
+    first, last, share = 0, scene.n_lights, 1.0
+    if table.n_clusters > 0:
+        k, share, u = _choose(scene, table, True, 0, table.n_clusters, o, n, u)
+        if k < 0:
+            return -1, 0.0
+        first, last = _span(table, k)
+    chosen, probability, _ = _choose(scene, table, False, first, last, o, n, u)
+    return chosen, share * probability
 
 
 @device
@@ -155,19 +147,15 @@ def lamp_probability(scene, o, n, index):
     if scene.n_lights == 1:
         return 1.0
     table = light_table_at(scene.light_table, 0)
-    first = 0
-    last = scene.n_lights
-    share = 1.0
+    first, last, share = 0, scene.n_lights, 1.0
     if table.n_clusters > 0:
         k = load_i32(table.cluster_of, index)
-        share = _cluster_probability(table, o, n, k)
-        first = int(load_f64(table.clusters, 7 * k + 5))
-        last = int(load_f64(table.clusters, 7 * k + 6))
-    total = 0.0
-    weight = 0.0
-    for i in range(first, last):
-        w = _importance(light_at(scene.lights, i), o, n)
-        total += w
-        if i == index:
-            weight = w
-    return share * weight / total if total > 0.0 else 0.0
+        share = _probability(scene, table, True, 0, table.n_clusters, o, n, k)
+        first, last = _span(table, k)
+    return share * _probability(scene, table, False, first, last, o, n, index)
+
+
+@device
+def lamp_share(tiles, index):
+    """The probability, among lamps, with which tiles draw one."""
+    return load_f64(tiles.lamp_cdf, index + 1) - load_f64(tiles.lamp_cdf, index)
