@@ -42,6 +42,15 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         soft_max=32,
         max=256,
     )
+    restir_exit_lights: IntProperty(
+        name="Subsurface Light Samples",
+        description="Light samples, each with a shadow ray, where a random walk leaves the first surface that it "
+        "entered. A walk is dear: that it be lit by more than one pays where lights are many or shadows are soft",
+        default=DEFAULTS.restir_exit_lights,
+        min=1,
+        soft_max=16,
+        max=64,
+    )
     restir_rounds: IntProperty(
         name="Spatial Rounds",
         description="How often a pixel takes light samples from its neighbours. 0 is never",

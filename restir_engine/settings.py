@@ -46,6 +46,7 @@ class RenderSettings:
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
     restir_candidates: int = 8  # light samples a pixel and frame
+    restir_exit_lights: int = 8  # light samples where light leaves a surface below which it was scattered
     restir_temporal: bool = False  # a sample's reservoirs are reused by the next
     restir_rounds: int = 1  # of spatial reuse
     restir_neighbours: int = 3  # of a pixel in each round

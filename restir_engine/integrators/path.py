@@ -16,7 +16,7 @@ from ..film import Film
 from ..kernels import rng
 from ..kernels.accumulate import add1, add3, add_hit
 from ..kernels.camera import camera_reach
-from ..kernels.direct import direct_light, lobe_sum
+from ..kernels.direct import direct_light, direct_lights, lobe_sum
 from ..kernels.interaction import offset_origin, surface_point
 from ..kernels.intersect import intersect
 from ..kernels.jit import device, inlined, kernel
@@ -31,6 +31,7 @@ from ..kernels.path_state import (
     FAR,
     LAST,
     LAST_BEFORE_SURFACE,
+    LEAVES,
     LIT,
     hit_weight,
     inherit,
@@ -83,15 +84,16 @@ def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_
             key = rng.key(integrator.seed, x, y, 0)
             for sample in range(first_sample, first_sample + samples):
                 start_path(camera, integrator, scratch, pixel, key, sample, x, y)
-                trace_path(scene, camera, integrator, film, scratch, GOES_ON)
+                trace_path(scene, camera, integrator, film, scratch, GOES_ON, 1)
     return (x1 - x0) * (y1 - y0) * samples
 
 
 @inlined
-def trace_path(scene, camera, integrator, film, scratch, step):
+def trace_path(scene, camera, integrator, film, scratch, step, exit_lights):
     """Follow the path in scratch until it leaves the scene, is absorbed, or may not go on.
 
-    `step` is what comes next: GOES_ON with its ray, SHADES or SCATTERS at its shading point.
+    `step` is what comes next: GOES_ON with its ray, SHADES or SCATTERS at its shading point. exit_lights: light samples
+    where light leaves the first object below whose surface it is scattered.
     """
     path = path_at(scratch + SCRATCH_PATH, 0)
     sp = tile_point(scratch)
@@ -100,7 +102,9 @@ def trace_path(scene, camera, integrator, film, scratch, step):
             step = arrive(scene, camera, integrator, film, scratch, path, sp)
             path.scattered = 0
         if step == SHADES:
-            if path.scattered != LIT:
+            if path.scattered == LEAVES and path.bounce == 0:
+                direct_lights(scene, integrator, film, scratch, path, sp, exit_lights)
+            elif path.scattered != LIT:
                 direct_light(scene, integrator, film, scratch, path, sp)
             step = bounce(scene, integrator, path, sp)
         if step == SCATTERS:

@@ -2,7 +2,7 @@
 
 from . import rng
 from .accumulate import add3, add_light, add_scattered, clamp_contribution
-from .jit import inlined
+from .jit import device, inlined
 from .lights import light_sample
 from .lobes import bsdf_eval, bsdf_has_eval
 from .path_state import DIM_LIGHT, DIM_LIGHT_POINT, mis_weight, share
@@ -62,10 +62,23 @@ def add_direct(integrator, film, path, c, f):
 @inlined
 def direct_light(scene, integrator, film, scratch, path, sp):
     """Next event estimation: one light sample, weighted against the lobes' density, if its shadow ray is free."""
-    if not bsdf_has_eval(sp):
-        return
-    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
-    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
+    if bsdf_has_eval(sp):
+        _add_light_sample(scene, integrator, film, scratch, path, sp, path.sample, 1.0)
+
+
+@inlined
+def direct_lights(scene, integrator, film, scratch, path, sp, count):
+    """The mean of `count` light samples. MIS weighs each as if it were alone: light that rays find needs not know."""
+    if bsdf_has_eval(sp):
+        for i in range(count):
+            _add_light_sample(scene, integrator, film, scratch, path, sp, path.sample * count + i, 1.0 / count)
+
+
+@device
+def _add_light_sample(scene, integrator, film, scratch, path, sp, index, part):
+    """Add the part of a light sample, that of an index of the path's random numbers."""
+    u0 = rng.sample1(path.key, index & 0xFFFFFFFF, path.dimension + DIM_LIGHT)
+    u1, u2 = rng.sample2(path.key, index & 0xFFFFFFFF, path.dimension + DIM_LIGHT_POINT)
     if not light_sample(scene, sp, scratch, u1, u2, u0):
         return
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
@@ -74,7 +87,7 @@ def direct_light(scene, integrator, film, scratch, path, sp):
     total = lobe_sum(f)
     if total[0] + total[1] + total[2] == 0.0 or ls.pdf <= 0.0:
         return
-    weight = 1.0 / ls.pdf
+    weight = part / ls.pdf
     if not ls.flags & LIGHT_SAMPLE_DELTA:
         weight *= mis_weight(ls.mis_pdf, pdf)
     c = mul(mul(scale(total, weight), vec(ls.radiance)), vec(path.throughput))

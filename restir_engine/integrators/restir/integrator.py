@@ -59,6 +59,7 @@ class RestirIntegrator(Integrator):
         self.passes = passes or Passes(plan or plan_of(settings))
         self.frame = self._new_frame()
         self._seed = settings.seed
+        self._exit_lights = settings.restir_exit_lights
         self.tiles = self._light_tiles(settings.restir_candidates) if _many_lights(scene) else None
         scratch = self.scratch()
         for stage in self.stages(0, 0):
@@ -129,7 +130,7 @@ class RestirIntegrator(Integrator):
 
     def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
         args = (self.scene.record, self.camera[0], self.record[0], self.film.record, self.frame.record)
-        shade_tile(*args, address(scratch), *tile)
+        shade_tile(*args, address(scratch), self._exit_lights, *tile)
 
     def _film(self, tile: Tile, scratch: np.ndarray) -> None:
         film_tile(self.film.record, self.frame.record, *tile)

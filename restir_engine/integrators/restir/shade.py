@@ -55,8 +55,8 @@ def _add_sum(integrator, film, path, light):
 
 
 @kernel
-def shade_tile(scene, camera, integrator, film, frame, scratch, x0, y0, x1, y1):
-    """Light the vertices of a tile and follow their paths on."""
+def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, x0, y0, x1, y1):
+    """Light the vertices of a tile and follow their paths on; exit_lights: see `trace_path`."""
     path = path_at(scratch + SCRATCH_PATH, 0)
     for y in range(y0, y1):
         for x in range(x0, x1):
@@ -79,7 +79,7 @@ def shade_tile(scene, camera, integrator, film, frame, scratch, x0, y0, x1, y1):
             step = bounce(scene, integrator, path, sp)
             if step == GOES_ON and path.mis_pdf > 0.0:
                 path.mis_pdf = COUNTED
-            trace_path(scene, camera, integrator, film, scratch, step)
+            trace_path(scene, camera, integrator, film, scratch, step, exit_lights)
 
 
 @kernel
