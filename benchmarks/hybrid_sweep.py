@@ -1,8 +1,7 @@
 """DIFFUSION, HYBRID as published and as it is here beside random walks: `python -m benchmarks.hybrid_sweep`.
 
 Bodies × mean free path / size × lights; the three channels are three albedos. Truth is RANDOM_WALK with the same entry,
-without Cycles' approximations. `--out` names a JSON file with every row, `--docs` the page whose table and plot are
-written.
+without Cycles' approximations. `--out` names a JSON file with every row, `--plot` a drawing.
 """
 
 from __future__ import annotations
@@ -93,6 +92,32 @@ def summary(found: list[dict]) -> str:
     return "\n".join(lines)
 
 
+def plot(found: list[dict]) -> str:
+    """SVG: block error over mean free path / size, geometric means over bodies, lights and albedos, for each method."""
+    lengths = sorted({r["mfp"] for r in found})
+    low, high, width, height = -4.5, -0.5, 520, 300
+
+    def place(length: float, error: float) -> str:
+        x = 60 + (width - 80) * np.log(length / lengths[0]) / max(np.log(lengths[-1] / lengths[0]), 1e-9)
+        return f"{x:.1f},{20 + (height - 60) * (high - np.log10(error)) / (high - low):.1f}"
+
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif"']
+    parts.append('font-size="12"><rect width="100%" height="100%" fill="white"/>')
+    for power in range(-4, 0):
+        x, y = place(lengths[0], 10.0**power).split(",")
+        parts.append(f'<path d="M{x},{y}H{width - 20}" stroke="#ddd"/><text x="8" y="{y}">1e{power}</text>')
+    for length in lengths:
+        x = place(length, 0.1).split(",")[0]
+        parts.append(f'<text x="{x}" y="{height - 20}" text-anchor="middle">{length:g}</text>')
+    for k, (method, color) in enumerate(zip(METHODS, ("#c33", "#d90", "#26a"), strict=True)):
+        own = {n: [r["block"] for r in found if (r["mfp"], r["method"]) == (n, method)] for n in lengths}
+        points = " ".join(place(n, float(np.exp(np.mean(np.log(own[n]))))) for n in lengths)
+        parts.append(f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="2"/>')
+        parts.append(f'<text x="{80 + 130 * k}" y="14" fill="{color}">{method}</text>')
+    parts.append(f'<text x="{width // 2}" y="{height - 4}" text-anchor="middle">mean free path / size</text></svg>')
+    return "\n".join(parts) + "\n"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--bodies", nargs="+", default=list(BODIES))
@@ -101,12 +126,15 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=32)
     parser.add_argument("--entry", default="DIFFUSE")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--plot", type=Path)
     asked = parser.parse_args()
     found = []
     for row in rows(asked.bodies, asked.lengths, asked.lights, asked.samples, asked.entry):
         found.append(row)
         if asked.out:
             asked.out.write_text(json.dumps(found))
+    if asked.plot:
+        asked.plot.write_text(plot(found))
     print(summary(found))
     for method in METHODS:
         print(
