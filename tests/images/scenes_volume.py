@@ -97,7 +97,7 @@ def volume_overlapping():
     kit.put("cube", absorbing, (0.0, 0.0, 0.5), 0.45)
 
 
-@scene(1, 64, volume_bounces=4)
+@scene(2, 128, volume_bounces=4)
 def volume_mixed():
     """Mix and Add Shader, emission, and a light, a diffuse ball and glass inside of a medium."""
 
@@ -114,7 +114,7 @@ def volume_mixed():
     kit.light("POINT", 20.0, (0.0, -0.3, 1.3), shadow_soft_size=0.4)
 
 
-@scene(1, 64, volume_bounces=2)
+@scene(1, 256, volume_bounces=2)
 def volume_around_camera():
     stage()
     kit.put("cube", scattering((0.8, 0.8, 0.8), 0.08), (0.0, 0.0, 4.0), 9.0)
