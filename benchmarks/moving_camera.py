@@ -99,7 +99,9 @@ def main() -> None:
             scene.commit()
             settings = RenderSettings(seed=step, max_bounces=args.bounces)
             film = Film(size, size, required_passes(settings.passes, False), 1.0)
-            seconds = frame(RestirIntegrator(scene, settings, film, plan, passes), 0, 1, tiles)
+            integrator = RestirIntegrator(scene, settings, film, plan, passes)
+            seconds = frame(integrator, 0, 1, tiles)
+            integrator.close()
         film.samples = 1
         result[name] = seconds, film.pass_array("Combined")[:, :, :3]
     reference = render(scene, args.reference, seed=99, integrator="PATH", max_bounces=args.bounces)

@@ -35,6 +35,7 @@ def frames_of(scenes, seed: int, plan: ReusePlan, samples: int = 1, seen: bool =
             for stage in integrator.stages(sample, 1):
                 stage.run(TILE, scratch)
                 stage.finish()
+        integrator.close()
     film.samples = samples
     picture = film.pass_array("Combined")[:, :, :3]
     return (picture, integrator.visibility()) if seen else picture
