@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import weakref
+
 import numpy as np
 
 from ..kernels import records as rec
@@ -18,8 +20,14 @@ def tile_count(pixels: int) -> int:
     return min(max(pixels // _PIXELS, _FEWEST), _MOST)
 
 
+def _withdraw(lights, tiles: int) -> None:
+    if lights.record["tiles"] == tiles:
+        lights.record["tiles"] = 0
+
+
 class LightTiles:
-    """Makes a committed scene's light samples resampled ones, as long as this object lives and until `release`.
+    """Makes a committed scene's light samples resampled ones, as long as this object lives and until `release`, after
+    which light samples are drawn for their receivers again.
 
     Before each frame all tiles are to be filled. A later commit of the scene needs another object.
     """
@@ -39,6 +47,7 @@ class LightTiles:
         record["code"] = sample_tiles.address
         scene.lights.prepare_reuse(scene)
         scene.lights.record["tiles"] = address(self._record)
+        self.release = weakref.finalize(self, _withdraw, scene.lights, address(self._record))
 
     def fill(self, seed: int, scratch: np.ndarray, first: int = 0, last: int | None = None) -> None:
         """Draw the points of tiles [first, last) for the frame of this seed; threads can share the tiles out."""
@@ -48,7 +57,3 @@ class LightTiles:
     def entries(self) -> np.ndarray:
         """TILE_ENTRY (tiles, size)."""
         return self._entries.reshape(self.count, -1)
-
-    def release(self) -> None:
-        """Let light samples be drawn for their receivers again."""
-        self._scene.lights.record["tiles"] = 0
