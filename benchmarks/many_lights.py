@@ -3,8 +3,8 @@
 triangles: seconds of a RESTIR frame of one million-triangle mesh of which 10 to 1,000,000 triangles emit, against that
 of 10; five dragons when RESTIR_ASSETS is set (a folder with `stanford`), else a wavy grid. Seconds are of processor
 time, everything included, so that other load on the machine matters little.
-lamps: relMSE against converged PATH of Cycles (with its light tree), PATH and RESTIR after equal seconds in a scene of 400 coloured lamps on
-diffuse and subsurface scattering objects.
+lamps: relMSE of Cycles (with its light tree), PATH and RESTIR after equal seconds, against converged PATH, in a scene
+of 400 coloured lamps on diffuse and subsurface scattering objects.
 """
 
 from __future__ import annotations
