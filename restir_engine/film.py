@@ -40,9 +40,10 @@ class Film:
             record[name] = -1
         record["pixels"] = address(self.pixels)
         record["width"], record["height"], record["channels"] = self.width, self.height, self.pixels.shape[2]
+        fields = {item.field for item in self.passes if item.field}
         for item in self.passes:
-            record[item.field] = self._offsets[item.name]
-        fields = {item.field for item in self.passes}
+            if item.field:
+                record[item.field] = self._offsets[item.name]
         record["light_passes"] = any(f.endswith(("direct", "emission", "environment")) for f in fields)
         record["data_passes"] = bool(fields - _LIGHT)
 

@@ -374,6 +374,13 @@ class RestirViewLayerSettings(bpy.types.PropertyGroup):
         "at all (Boundary), once (Single) and more often (Multiple)",
         default=False,
     )
+    use_pass_visibility: BoolProperty(
+        name="Visibility Estimate",
+        description="Deliver the visibility of lights that ReSTIR estimates at the first surfaces, from 0 (in shadow) "
+        "to 1 by colour channel; alpha is the share of samples that found a light. Needs the integrator ReSTIR, its "
+        "shadows reused or estimated",
+        default=False,
+    )
     use_pass_denoising: BoolProperty(
         name="Denoising Data",
         description="Deliver the albedo and the normal that guide a denoiser, for the compositor's Denoise node",

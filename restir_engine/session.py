@@ -189,7 +189,7 @@ class Session:
         """Batches of samples over all tiles.
 
         A batch that is cut short is undone, so that all pixels have equal samples; only when not a single batch was
-        finished are its tiles kept.
+        finished are its tiles kept, those that have reached the film.
         """
         tiles = self._tiles()
         self._first_sample = time.perf_counter()
@@ -203,7 +203,7 @@ class Session:
             if not complete:
                 if backup is not None:
                     self.film.pixels[:] = backup
-                elif batch:
+                elif self.film.pixels.any():
                     self.film.samples = batch
                 on_frame(self)
                 return False

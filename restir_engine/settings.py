@@ -61,11 +61,17 @@ class RenderSettings:
     passes: frozenset[str] = frozenset({"Combined"})
 
 
+def carries_visibility(settings) -> bool:
+    """Whether samples keep a visibility V̄ of their own; `settings`: RenderSettings, or properties of those names."""
+    return settings.integrator == "RESTIR" and settings.restir_visibility in ("REUSED", "ESTIMATED")
+
+
 @dataclass(frozen=True)
 class Pass:
     """A render pass.
 
-    `field` names its offset in the kernels' FILM record, `divide` the pass that its sum is divided by.
+    `field` names its offset in the kernels' FILM record ("": no kernel writes it, the integrator does), `divide` the
+    pass that its sum is divided by.
     """
 
     name: str  # Blender 5.0 and later
@@ -109,6 +115,8 @@ PASSES: tuple[Pass, ...] = (
     Pass("Subsurface Boundary", "SSSBoundary", "subsurface_boundary", "RGB", "COLOR", "", own="use_pass_subsurface"),
     Pass("Subsurface Single", "SSSSingle", "subsurface_single", "RGB", "COLOR", "", own="use_pass_subsurface"),
     Pass("Subsurface Multiple", "SSSMultiple", "subsurface_multiple", "RGB", "COLOR", "", own="use_pass_subsurface"),
+    # V̄ by channel, and the share of the samples that have one; both by all samples (associated alpha).
+    Pass("Visibility Estimate", "Visibility", "", "RGBA", "COLOR", "", own="use_pass_visibility"),
     Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", "", own="use_pass_denoising"),
     Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", "", own="use_pass_denoising"),
 )

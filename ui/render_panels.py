@@ -7,7 +7,7 @@ import textwrap
 import bpy
 
 from ..restir_engine import denoise, warning_log
-from ..restir_engine.settings import PASSES
+from ..restir_engine.settings import PASSES, carries_visibility
 from .shared import RestirPanel
 
 
@@ -203,6 +203,9 @@ class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):
         column.prop(layer.restir, "use_pass_volume")
         column.prop(layer.restir, "use_pass_subsurface")
         column.prop(layer.restir, "use_pass_denoising")
+        visibility = column.column()
+        visibility.active = carries_visibility(context.scene.restir)
+        visibility.prop(layer.restir, "use_pass_visibility")
 
 
 def pass_groups() -> dict[str, list[tuple[str, str]]]:

@@ -23,7 +23,7 @@ from ..kernels.records import (
 )
 from ..kernels.scatter import scatter_entries
 from ..kernels.scatter_table import ANALOG_ESCAPE, CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS, THICKNESS_AWARE
-from ..settings import RenderSettings, filter_table
+from ..settings import RenderSettings, carries_visibility, filter_table
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -64,6 +64,9 @@ class Integrator:
         self.scene, self.film = scene, film
         self.camera = np.zeros(1, CAMERA)
         self.camera[0] = scene.camera.record()
+        if "Visibility Estimate" in settings.passes and not carries_visibility(settings):
+            text = "the pass is empty: it needs the integrator ReSTIR, its shadows reused or estimated"
+            scene.warnings.add("Render", "Visibility Estimate", text)
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a batch of samples."""

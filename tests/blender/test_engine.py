@@ -149,6 +149,25 @@ def test_both_integrators_render_the_same_passes(lit, written):
         np.testing.assert_allclose(restir[name].mean((0, 1)), pixels.mean((0, 1)), rtol=0.01, atol=1e-3, err_msg=name)
 
 
+def test_the_estimate_of_visibility_is_a_pass_of_restir(lit, written):
+    """Without an obstacle all light arrives; other settings leave the pass empty and say so."""
+    from restir_engine import warning_log
+
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    lamp.location = (0.5, 0.5, 1.5)
+    lit.collection.objects.link(lamp)
+    lit.view_layers[0].restir.use_pass_visibility = True
+    lit.restir.integrator, lit.restir.restir_visibility, lit.restir.samples = "RESTIR", "ESTIMATED", 4
+    bpy.ops.render.render()
+    ground = written[-1]["Visibility Estimate"][:4]
+    assert ground == pytest.approx(1.0)
+    assert not warning_log.lines(lit.name)
+    lit.restir.restir_visibility = "TARGET"
+    bpy.ops.render.render()
+    assert not written[-1]["Visibility Estimate"].any()
+    assert any("Visibility Estimate" in line for line in warning_log.lines(lit.name))
+
+
 def test_each_view_layer_has_its_own_picture(lit, written):
     second = lit.view_layers.new("Empty")
     second.layer_collection.exclude = True

@@ -115,7 +115,7 @@ def test_every_scene_setting_and_pass_is_shown(scene, ui):
 
     drawn = {name for panel in ui.CLASSES for name in draw(panel)}
     assert set(RestirSceneSettings.__annotations__) - drawn == {"is_initialized"}
-    assert {item.view_layer for item in PASSES if item.view_layer} - drawn == {"use_pass_combined"}
+    assert {item.view_layer or item.own for item in PASSES} - drawn == {"use_pass_combined"}
 
 
 def test_every_material_setting_is_shown(scene, ui):

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from light_scenes import matrix
-from pictures import QUAD, Builder, checkered, coated, diffuse, look, picture_scene, render, scaled
+from pictures import QUAD, Builder, checkered, coated, diffuse, look, render, scaled
 
 from restir_engine.film import Film
 from restir_engine.integrators.restir.integrator import RestirIntegrator
@@ -112,10 +112,3 @@ def test_spatial_reuse_keeps_the_mean(animation, mis, target):
     scenes, truth = animation
     plan = ReusePlan(rounds=2, options={"mis": mis, "visibility": target})
     assert np.abs(off(over_seeds(scenes[-1:], plan, 100), truth)).max() < 3.5
-
-
-def test_a_frame_does_not_depend_on_tiles_or_threads():
-    scene = picture_scene("all", SIZE)
-    settings = {"integrator": "RESTIR", "restir_temporal": True, "seed": 3}
-    one = render(scene, 3, threads=1, **settings)
-    assert (one == render(scene, 3, threads=2, **settings)).all()

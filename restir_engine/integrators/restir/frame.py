@@ -6,7 +6,7 @@ import numpy as np
 
 from ...kernels.memory import address, record_at
 from ...kernels.records import CAMERA, CLOSURE, PATH, SHADING_POINT
-from .reservoir import RESERVOIR
+from .reservoir import RESERVOIR, UNKNOWN
 
 FRAME = np.dtype(
     [
@@ -61,6 +61,13 @@ class Frame:
         if turn:
             self._reservoirs.reverse()
         self._record[0]["reservoirs"], self._record[0]["reused"] = map(address, self._reservoirs)
+
+    def visibility(self) -> np.ndarray:
+        """V̄ of the samples by channel: a copy (height, width, 3), NaN where no shadow ray has been traced."""
+        v = self.reservoirs["visibility"]
+        known = v[..., :1] != UNKNOWN
+        v = np.where(known, v, np.nan)
+        return v[0] if len(v) == 1 else np.stack([v[c, :, :, c] for c in range(3)], -1)
 
     def pool(self, tile: tuple[int, int, int, int], closures: int) -> np.ndarray:
         """Room for the closures of a tile's pixels, of at least that many."""

@@ -10,13 +10,12 @@ import numpy as np
 from ...film import Film
 from ...kernels.memory import address
 from ...scene.light_tiles import LightTiles, tile_count
-from ...settings import RenderSettings
+from ...settings import RenderSettings, carries_visibility
 from ..base import Integrator, Stage, Tile
 from .candidates import candidates_tile
 from .frame import Frame
 from .gbuffer import gbuffer_tile
 from .passes import NO_TILE, Passes, ReusePlan, plan_of
-from .reservoir import UNKNOWN
 from .shade import film_tile, shade_tile
 
 if TYPE_CHECKING:
@@ -59,6 +58,7 @@ class RestirIntegrator(Integrator):
         self.passes = passes or Passes(plan or plan_of(settings))
         self.frame = self._new_frame()
         self._seed = settings.seed
+        self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
         self._exit_lights = settings.restir_exit_lights
         self.tiles = self._light_tiles(settings.restir_candidates) if _many_lights(scene) else None
         scratch = self.scratch()
@@ -96,15 +96,18 @@ class RestirIntegrator(Integrator):
             self.tiles.release()
 
     def visibility(self) -> np.ndarray:
-        """V̄ of the samples in the last finished frame, for looking at: (height, width, 3), NaN where unknown."""
-        layers = self._finished.reservoirs["visibility"]
-        v = layers[0] if len(layers) == 1 else np.stack([layers[c, :, :, c] for c in range(3)], -1)
-        return np.where(v == UNKNOWN, np.nan, v)
+        """V̄ of the samples in the last finished frame by channel: (height, width, 3), NaN where unknown."""
+        return self._finished.visibility()
 
     def _finish(self) -> None:
         """A finished frame is history to the next."""
         self.warn()
         self._finished = self.frame
+        if self._shows_visibility:
+            v = self.visibility()
+            sums = self.film.sums("Visibility Estimate")
+            sums[..., :3] += np.nan_to_num(v)
+            sums[..., 3] += np.isfinite(v).mean(-1)
         if self.passes.plan.temporal:
             self.frame = self.passes.remember(self.scene, self.camera, self.frame) or self._new_frame()
 

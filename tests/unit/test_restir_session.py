@@ -1,0 +1,123 @@
+"""A session of RESTIR: the same image on any number of threads, frames that are cancelled, the picture of V̄."""
+
+import time
+
+import numpy as np
+import pytest
+from light_scenes import matrix
+from pictures import QUAD, Builder, diffuse, look, picture_scene, render, scaled
+
+from restir_engine import session as sessions
+from restir_engine.integrators.restir.integrator import RestirIntegrator
+from restir_engine.scene.lamps import area_lamp
+from restir_engine.scene.warnings import Warnings
+from restir_engine.session import Session
+from restir_engine.settings import RenderSettings
+
+SIZE = 72  # pixels: nine tiles, not all of the same size
+REUSE = {"integrator": "RESTIR", "restir_temporal": True, "restir_rounds": 2, "seed": 3}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """So many lamps that there are light tiles."""
+    return picture_scene("many", SIZE)
+
+
+@pytest.fixture(scope="module")
+def three_frames(scene):
+    return render(scene, 3, threads=1, **REUSE)
+
+
+@pytest.mark.parametrize(("threads", "tile"), [(2, 32), (5, 32), (3, 12)])
+def test_an_image_does_not_depend_on_threads_or_tiles(scene, three_frames, monkeypatch, threads, tile):
+    """Reuse in space and time, light tiles. A pass that writes what it reads differs in 1 to 72 %."""
+    monkeypatch.setattr(sessions, "TILE", tile)
+    np.testing.assert_array_equal(render(scene, 3, threads=threads, **REUSE), three_frames)
+
+
+def cancelled(scene, monkeypatch, step: str, frame: int) -> Session:
+    """A session that is cancelled in a step of a frame, after its first tile."""
+    session = Session(scene, RenderSettings(samples=8, threads=1, **REUSE))
+    original = getattr(RestirIntegrator, step)
+
+    def run(self, tile, scratch):
+        original(self, tile, scratch)
+        if self._sample == frame and tile[2]:
+            session.cancel()
+            time.sleep(3.0 * sessions.POLL)  # which the session notices before the next tile
+
+    monkeypatch.setattr(RestirIntegrator, step, run)
+    assert not session.render()
+    return session
+
+
+@pytest.mark.parametrize("step", ["_gbuffer", "_candidates", "_shade", "_film"])
+def test_a_cancelled_frame_leaves_no_trace(scene, three_frames, monkeypatch, step):
+    session = cancelled(scene, monkeypatch, step, 3)
+    assert session.film.samples == 3
+    np.testing.assert_array_equal(session.combined()[:, :, :3], three_frames)
+
+
+def test_what_is_cancelled_before_it_reaches_the_film_is_no_picture(scene, monkeypatch):
+    session = cancelled(scene, monkeypatch, "_shade", 0)
+    assert session.film.samples == 0 and not session.film.pixels.any()
+
+
+# The picture of V̄ ---------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def shadows():
+    """A floor and a card above it, a reddish lamp on the left and a bluish one on the right."""
+    b = Builder()
+    b.add(QUAD, diffuse((0.7, 0.7, 0.7)), scaled(matrix(), 3.0, 3.0, 1.0))
+    b.add(QUAD, diffuse((0.5, 0.5, 0.5)), scaled(matrix((0.0, 0.2, 0.5)), 0.35, 0.35, 1.0))
+    b.lamp(area_lamp(matrix((-0.8, 0.0, 1.5), (-0.5, 0.0, 1.0)), (9.0, 0.5, 0.5), 0.3, 0.3))
+    b.lamp(area_lamp(matrix((0.8, 0.0, 1.5), (0.5, 0.0, 1.0)), (0.5, 0.5, 9.0), 0.3, 0.3))
+    return b.finish(look((0.0, -2.0, 2.2), (0.0, 0.2, 0.1), 24))
+
+
+def visibility_pass(scene, **settings) -> tuple[np.ndarray, list[str]]:
+    """(the pass, warnings)."""
+    passes = frozenset({"Visibility Estimate"})
+    session = Session(scene, RenderSettings(max_bounces=0, passes=passes, **settings))
+    assert session.render()
+    return session.film.pass_array("Visibility Estimate"), session.scene.warnings.lines()
+
+
+@pytest.mark.parametrize("by_channel", [False, True])
+def test_the_pass_is_the_mean_of_the_frames(shadows, monkeypatch, by_channel):
+    seen = []
+    original = RestirIntegrator._finish
+
+    def finish(self):
+        original(self)
+        seen.append(self.visibility())
+
+    monkeypatch.setattr(RestirIntegrator, "_finish", finish)
+    options = {"restir_visibility": "ESTIMATED", "restir_by_channel": by_channel}
+    image, warnings = visibility_pass(shadows, samples=4, integrator="RESTIR", **options)
+    assert not warnings and len(seen) == 4
+    np.testing.assert_allclose(image[..., :3], np.nan_to_num(np.stack(seen)).mean(0), rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(image[..., 3], np.isfinite(np.stack(seen)).mean((0, 3)), rtol=1e-5)
+
+
+def test_the_pass_shows_shadows_by_channel(shadows):
+    """Under the lamp of one colour, where the card hides the other: V̄ by channel of the same light's places."""
+    options = {"restir_visibility": "ESTIMATED", "restir_by_channel": True}
+    image, _ = visibility_pass(shadows, samples=16, integrator="RESTIR", **options)
+    v = image[..., :3] / np.maximum(image[..., 3:], 1e-6)
+    assert image.min() >= 0.0 and image.max() <= 1.0 + 1e-6
+    difference = v[..., 0] - v[..., 2]
+    assert difference.max() > 0.7 and difference.min() < -0.7  # a shadow of each lamp
+    lit = np.median(v, (0, 1))
+    assert (lit > 0.9).all()
+
+
+@pytest.mark.parametrize("settings", [{"integrator": "PATH"}, {"integrator": "RESTIR"}])
+def test_where_nothing_is_estimated_the_pass_is_empty_and_says_why(shadows, settings):
+    shadows.warnings = Warnings()
+    image, warnings = visibility_pass(shadows, samples=1, **settings)
+    assert not image.any()
+    assert any("Visibility Estimate" in line and "ReSTIR" in line for line in warnings)
