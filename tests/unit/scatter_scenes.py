@@ -5,7 +5,7 @@ from light_scenes import emission_program, matrix
 
 from restir_engine.kernels import opcodes as ops
 from restir_engine.kernels import records as rec
-from restir_engine.kernels.lobes.nodes import ENTRIES, SUBSURFACE
+from restir_engine.kernels.lobes.nodes import ENTRIES, GLASS, SUBSURFACE
 from restir_engine.kernels.medium.parameters import METHODS, POSITIVE
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
@@ -26,12 +26,27 @@ def subsurface_program(color, radius, g=0.0, roughness=0.5, ior=1.4, method="RAN
     return Program(code, constants, flags=rec.MATERIAL_SUBSURFACE)
 
 
-def scatter_scene(mesh: Mesh, program: Program, lamps=(), sky=0.0) -> Scene:
-    """One object at its own place under lamps and an even sky of radiance `sky`; not committed."""
+def singular_program(opcode: int, *inputs) -> Program:
+    """A Glass (colour, 0, IOR) or Glossy (colour, 0, 0, 0) node, as smooth as can be."""
+    constants, words = [1.0, 1.0, 1.0], [0]
+    for value in inputs:
+        words.append(len(constants))
+        constants += list(np.atleast_1d(value))
+    words += [-1, 0] if opcode == GLASS else [-1, -1, 0]
+    return Program(np.array([opcode, len(words), *words, ops.END, 0], np.int32), np.array(constants, float))
+
+
+def scatter_scene(mesh: Mesh, program: Program, lamps=(), sky=0.0, others=()) -> Scene:
+    """An object at its own place under lamps and an even sky of radiance `sky`; not committed.
+
+    others: (mesh, program) of further objects.
+    """
     scene = Scene()
-    scene.meshes = [mesh]
-    scene.material_slots = np.array([scene.shaders.add(program)], np.int32)
-    scene.instances = build_instances(matrix().reshape(1, 12), [0], n_materials=1, visibility=rec.RAY_ALL)
+    objects = [(mesh, program), *others]
+    scene.meshes = [item for item, _ in objects]
+    scene.material_slots = np.array([scene.shaders.add(item) for _, item in objects], np.int32)
+    places, index = np.tile(matrix().reshape(1, 12), (len(objects), 1)), np.arange(len(objects))
+    scene.instances = build_instances(places, index, materials=index, n_materials=1, visibility=rec.RAY_ALL)
     if len(lamps):
         scene.lights.lamps = np.concatenate(lamps)
     if np.any(sky):
