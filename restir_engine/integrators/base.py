@@ -11,10 +11,12 @@ import numpy as np
 from ..film import Film
 from ..kernels.diffusion.probe import MAX_HITS
 from ..kernels.media.entries import media_entries
+from ..kernels.media.stack import OVERFLOWS as MEDIA_OVERFLOWS
 from ..kernels.memory import address
 from ..kernels.records import (
     CAMERA,
     INTEGRATOR,
+    MAX_MEDIA,
     RAY_BURLEY_DIFFUSE,
     RAY_NO_REFLECTION,
     RAY_NO_REFRACTION,
@@ -80,6 +82,9 @@ class Integrator:
         if self._scatter[OVERFLOWS]:
             text = f"more than {MAX_HITS} layers of a surface lie within its scattering length; some are left out"
             self.scene.warnings.add("Render", "Subsurface", text)
+        if self._media[MEDIA_OVERFLOWS]:
+            text = f"more than {MAX_MEDIA} volumes overlap; some are left out"
+            self.scene.warnings.add("Render", "Volume", text)
 
     @staticmethod
     def scratch() -> np.ndarray:

@@ -110,6 +110,16 @@ def test_as_many_nested_media_count_as_are_kept():
     kept = sum(2.0 * (1.0 - 0.05 * k) for k in range(MAX_MEDIA))
     inner = picture(b, camera=along_y(0.4))
     assert -np.log(inner.mean()) == pytest.approx(0.1 * kept, rel=1e-4)
+    assert any("Volume" in line and "overlap" in line for line in b.scene.warnings.lines())
+
+
+@pytest.mark.parametrize("integrator", ["PATH", "RESTIR"])
+def test_as_many_media_as_are_kept_are_no_reason_to_warn(integrator):
+    b = stage()
+    for k in range(MAX_MEDIA):
+        cube(b, medium(absorption=0.1), size=1.0 - 0.05 * k)
+    picture(b, camera=along_y(0.4, y=0.0), integrator=integrator)
+    assert not b.scene.warnings.lines()
 
 
 def test_restir_finds_the_media_around_its_vertices():

@@ -10,7 +10,7 @@ import pytest
 import reuse_toy as toy
 
 from restir_engine.integrators.restir.mis import BALANCE, CONFIDENCE, CONTRIBUTION, DEFENSIVE, MIS_KINDS, PAIRWISE
-from restir_engine.integrators.restir.neighbours import PAIR_BLOCK, disk_neighbour, partner, similar
+from restir_engine.integrators.restir.neighbours import disk_neighbour, similar
 from restir_engine.integrators.restir.reservoir import RESERVOIR, SAMPLE_BYTES
 from restir_engine.kernels.jit import kernel
 from restir_engine.kernels.memory import address, store_i64
@@ -149,15 +149,6 @@ def test_planted_errors_are_found(planted, truth):
 
 
 @kernel
-def partner_kernel(seed, index, reach, size, out):
-    for y in range(size):
-        for x in range(size):
-            a, b = partner(seed, index, x, y, reach)
-            store_i64(out, 2 * (y * size + x), a)
-            store_i64(out, 2 * (y * size + x) + 1, b)
-
-
-@kernel
 def disk_kernel(key, n, radius, out):
     for i in range(n):
         a, b = disk_neighbour(key, i, 100, 200, radius)
@@ -171,20 +162,6 @@ def similar_kernel(distance, turn, other_material, min_cosine, max_depth):
     up = (0.0, 0.0, 1.0)
     p = (0.0, 0.0, 0.0)
     return similar(p, up, 3, 2.0, (0.3, 0.0, distance), n, other_material, 2.0 + distance, min_cosine, max_depth)
-
-
-@pytest.mark.parametrize("reach", [4, 16, PAIR_BLOCK])
-def test_partners_are_mutual_and_never_oneself(reach):
-    size = 70
-    for index in range(5):
-        out = np.zeros((size, size, 2), np.int64)
-        partner_kernel(9, index, reach, size, address(out))
-        y, x = np.mgrid[:size, :size]
-        px, py = out[..., 0], out[..., 1]
-        assert ((px != x) | (py != y)).all()
-        assert (np.abs(px - x) < reach).all() and (np.abs(py - y) < reach).all()
-        on = (px >= 0) & (py >= 0) & (px < size) & (py < size)
-        assert (out[py[on], px[on]] == np.stack([x[on], y[on]], axis=-1)).all()
 
 
 def test_neighbours_fill_a_disk_evenly():

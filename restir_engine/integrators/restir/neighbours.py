@@ -10,10 +10,8 @@ from ...kernels.jit import device, inlined
 from ...kernels.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA
 from ...kernels.vec import dot, sub
 
-# Dimensions of the random numbers of reuse; keys are the pixel's own, see `reuse_key`.
+# Dimension of the random numbers; keys are the pixel's own.
 DIM_NEIGHBOURS = 0
-
-PAIR_BLOCK = 32  # pixels, a power of two: partners are found inside a block
 
 
 @inlined
@@ -26,21 +24,6 @@ def disk_neighbour(key, index, x, y, radius):
     r = radius * math.sqrt(u)
     angle = 2.0 * math.pi * v
     return x + math.floor(r * math.cos(angle) + 0.5), y + math.floor(r * math.sin(angle) + 0.5)
-
-
-@device
-def partner(seed, index, x, y, reach):
-    """The index-th partner of the pixel (x, y) by an involution, the same for all pixels: (x, y), maybe off the film.
-
-    If j is i's partner, i is j's: what a pair needs of each other is worked out once. Coordinates are flipped by a
-    mask of bits below `reach` (a power of two, at most PAIR_BLOCK) inside blocks whose grid the seed displaces.
-    """
-    h = rng.hash_combine(seed, index)
-    mask = h % (reach * reach - 1) + 1  # never 0: nobody is its own partner
-    offset = rng.hash_u32(h)
-    offset_x = offset % PAIR_BLOCK
-    offset_y = (offset // PAIR_BLOCK) % PAIR_BLOCK
-    return ((x + offset_x) ^ (mask % reach)) - offset_x, ((y + offset_y) ^ (mask // reach)) - offset_y
 
 
 @device

@@ -24,13 +24,14 @@ from .through import find_media, trace_shadow
 @entry
 def _begin(scene, integrator, film, scratch, _):
     path = path_at(scratch + SCRATCH_PATH, 0)
-    find_media(scene_at(scene, 0), scratch, path, vec(path.o))
+    find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, vec(path.o))
 
 
 @entry
 def _around(scene, integrator, film, scratch, sp):
     sp = shading_point_at(sp, 0)
-    find_media(scene_at(scene, 0), scratch, path_at(scratch + SCRATCH_PATH, 0), offset_origin(sp, vec(sp.wo)))
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, offset_origin(sp, vec(sp.wo)))
 
 
 @entry
@@ -46,7 +47,7 @@ def _segment(scene, integrator, film, scratch, reaches):
 def _cross(scene, integrator, film, scratch, _):
     path = path_at(scratch + SCRATCH_PATH, 0)
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
-    cross(scene_at(scene, 0), scratch + SCRATCH_MEDIA, sp)
+    cross(scene_at(scene, 0), integrator_at(integrator, 0), scratch + SCRATCH_MEDIA, sp)
     path.medium_start = sp.t
 
 
@@ -61,6 +62,9 @@ _ENTRIES: tuple[Entry, ...] = (_begin, _around, _segment, _cross, _shadow)
 
 
 def media_entries(scene_flags: int) -> np.ndarray:
-    """The table that INTEGRATOR.media points to: int64 (5,), compiled where it is not yet; 0 without media."""
+    """The table that INTEGRATOR.media points to: int64 (6,), compiled where it is not yet; 0 without media.
+
+    Behind the code there is room for the count of `stack.OVERFLOWS`.
+    """
     needed = scene_flags & SCENE_HAS_MEDIA
-    return np.array([e.address if needed else 0 for e in _ENTRIES], np.int64)
+    return np.array([*(e.address if needed else 0 for e in _ENTRIES), 0], np.int64)

@@ -21,7 +21,9 @@ from ..records import (
 )
 from ..shader_vm import medium_eval
 from ..vec import add, put, vec
+from .calls import SHADOW_RAY
 
+OVERFLOWS = SHADOW_RAY + 1  # index in INTEGRATOR.media, behind the code: how often there was no room for a medium
 _FIRST = MEDIA.itemsize
 _WORDS = MEDIUM.itemsize // 8
 _HEAD = (MEDIUM.itemsize - 8 * MAX_PHASES * PHASE) // 8
@@ -73,13 +75,16 @@ def find(media, instance, material):
 
 
 @device
-def enter(scene, media, sp):
+def enter(scene, integrator, media, sp):
     """Add the medium behind the surface at sp, by its program there; sp loses its closures.
 
-    More than MAX_MEDIA are not kept.
+    More than MAX_MEDIA are not kept, but counted.
     """
     m = media_at(media, 0)
-    if m.count >= MAX_MEDIA or find(media, sp.instance, sp.material) >= 0:
+    if find(media, sp.instance, sp.material) >= 0:
+        return
+    if m.count >= MAX_MEDIA:
+        store_i64(integrator.media, OVERFLOWS, load_i64(integrator.media, OVERFLOWS) + 1)
         return
     entry = entry_at(media, m.count)
     m.count += 1
@@ -118,12 +123,12 @@ def leave(media, instance, material):
 
 
 @device
-def cross(scene, media, sp):
+def cross(scene, integrator, media, sp):
     """Go through the boundary at sp: enter at a front side, leave at a back side."""
     if sp.backfacing:
         leave(media, sp.instance, sp.material)
     else:
-        enter(scene, media, sp)
+        enter(scene, integrator, media, sp)
 
 
 @device

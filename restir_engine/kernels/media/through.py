@@ -42,10 +42,10 @@ def _second_point(scratch):
 
 
 @device
-def cross_at(scene, scratch, media, sp):
+def cross_at(scene, integrator, scratch, media, sp):
     """Go through the boundary at sp, which keeps its closures."""
     copy_words(record_address(sp), scratch + SCRATCH_SHADOW_POINT, _POINT_WORDS)
-    cross(scene, media, _second_point(scratch))
+    cross(scene, integrator, media, _second_point(scratch))
 
 
 @device
@@ -58,7 +58,7 @@ def trace_shadow(scene, integrator, scratch, path, sp):
     inside = media_at(media, 0)
     copy_for_shadow(scene, scratch + SCRATCH_MEDIA, media)
     if goes_behind(scene, sp, d):
-        cross_at(scene, scratch, media, sp)
+        cross_at(scene, integrator, scratch, media, sp)
     put(ray.transmittance, (0.0, 0.0, 0.0))
     result = (1.0, 1.0, 1.0)
     tmin = 0.0
@@ -84,13 +84,13 @@ def trace_shadow(scene, integrator, scratch, path, sp):
         if max3(result) <= 0.0:
             return
         if material_at(scene.materials, point.material).flags & MATERIAL_MEDIUM:
-            cross(scene, media, point)
+            cross(scene, integrator, media, point)
         start = t
         tmin = next_after(t)
 
 
 @device
-def find_media(scene, scratch, path, o):
+def find_media(scene, integrator, scratch, path, o):
     """Fill the MEDIA around o: of meshes that a ray upwards leaves without entering."""
     media = scratch + SCRATCH_MEDIA
     entered = scratch + SCRATCH_SHADOW_MEDIA
@@ -109,6 +109,6 @@ def find_media(scene, scratch, path, o):
         if not material_at(scene.materials, point.material).flags & MATERIAL_MEDIUM:
             continue
         if point.backfacing == 0:
-            enter(scene, entered, point)
+            enter(scene, integrator, entered, point)
         elif find(entered, instance, point.material) < 0:
-            enter(scene, media, point)
+            enter(scene, integrator, media, point)
