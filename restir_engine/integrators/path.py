@@ -18,7 +18,7 @@ from ..kernels.accumulate import add1, add3, add_hit
 from ..kernels.camera import camera_reach
 from ..kernels.direct import direct_light, direct_lights, lobe_sum
 from ..kernels.interaction import offset_origin, surface_point
-from ..kernels.intersect import intersect
+from ..kernels.intersect import nearest, trace
 from ..kernels.jit import device, inlined, kernel
 from ..kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
 from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_sample
@@ -71,8 +71,8 @@ from .base import Integrator, Stage, Tile
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
-# What becomes of a path at a surface: it ends, has a new ray, enters a medium and leaves it elsewhere, or is to be lit.
-ENDS, GOES_ON, SCATTERS, SHADES = 0, 1, 2, 3
+# What comes next of a path: its end; its new ray, or what that has hit; a way through a medium; light where it stands.
+ENDS, GOES_ON, ARRIVES, SCATTERS, SHADES = 0, 1, 2, 3, 4
 
 
 @kernel
@@ -92,13 +92,16 @@ def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_
 def trace_path(scene, camera, integrator, film, scratch, step, exit_lights):
     """Follow the path in scratch until it leaves the scene, is absorbed, or may not go on.
 
-    `step` is what comes next: GOES_ON with its ray, SHADES or SCATTERS at its shading point. exit_lights: light samples
-    where light leaves the first object below whose surface it is scattered.
+    `step` is what comes next: GOES_ON with its ray, ARRIVES with the hit in scratch, SHADES or SCATTERS at its shading
+    point. exit_lights: light samples where light leaves the first object below whose surface it is scattered.
     """
     path = path_at(scratch + SCRATCH_PATH, 0)
     sp = tile_point(scratch)
     while step != ENDS:
         if step == GOES_ON:
+            trace_ray(scene, camera, scratch, path)
+            step = ARRIVES
+        if step == ARRIVES:
             step = arrive(scene, camera, integrator, film, scratch, path, sp)
             path.scattered = 0
         if step == SHADES:
@@ -121,16 +124,23 @@ def tile_point(scratch):
 
 
 @inlined
-def arrive(scene, camera, integrator, film, scratch, path, sp):
-    """Trace the path's ray and add the light that it finds: ENDS, GOES_ON behind a surface, or SHADES: sp is ready.
+def trace_ray(scene, camera, scratch, path):
+    """Trace the path's ray, for `arrive`."""
+    d = vec(path.d)
+    reach = camera_reach(camera, d) if path.flags & RAY_CAMERA else FAR
+    trace(scene, scratch, vec(path.o), d, path.tmin, reach, visibility(path.flags))
 
-    sp is still the surface that the ray leaves, except for a camera ray.
+
+@inlined
+def arrive(scene, camera, integrator, film, scratch, path, sp):
+    """Add the light that the path's ray finds: ENDS, GOES_ON behind a surface, or SHADES: sp is ready.
+
+    The ray's hit is in scratch; sp is still the surface that the ray leaves, except for a camera ray.
     """
+    t, instance, primitive, u, v = nearest(scratch)
     start_segment(scene, integrator, scratch, path, sp)
     o = vec(path.o)
     d = vec(path.d)
-    reach = camera_reach(camera, d) if path.flags & RAY_CAMERA else FAR
-    t, instance, primitive, u, v = intersect(scene, scratch, o, d, path.tmin, reach, visibility(path.flags))
     inherit(sp, path, t)
     if path.flags & RAY_DIFFUSE:
         sp.ray_flags |= integrator.after_diffuse

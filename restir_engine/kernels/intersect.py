@@ -34,23 +34,45 @@ def put_ray(ray, o, d, tmin, tmax, mask):
 
 
 @inlined
-def intersect(scene, scratch, o, d, tmin, tmax, mask):
-    """Nearest hit of a ray: (t, instance, primitive, u, v); instance -1 where nothing is hit.
-
-    mask: RAY_* bits; instances that share none of them are invisible.
-    """
+def trace(scene, scratch, o, d, tmin, tmax, mask):
+    """Find the nearest hit of a ray, for `nearest`. mask: RAY_* bits; instances that share none are invisible."""
     ray = scratch + SCRATCH_RAY
     put_ray(ray, o, d, tmin, tmax, mask)
     store_u32(ray, 18, INVALID)
     store_u32(ray, 19, INVALID)
     rtc_intersect1(scene.embree, ray, 0)
+
+
+@inlined
+def nearest(scratch):
+    """What the last ray hit: (t, instance, primitive, u, v); instance -1 and t the ray's end where it hit nothing."""
+    ray = scratch + SCRATCH_RAY
     geometry = load_u32(ray, 18)
     if geometry == INVALID:
-        return tmax, -1, -1, 0.0, 0.0
+        return load_f32(ray, 8), -1, -1, 0.0, 0.0
     instance = load_u32(ray, 19)
     if instance == INVALID:  # triangles that stand in the world themselves
         instance = geometry
     return load_f32(ray, 8), instance, load_u32(ray, 17), load_f32(ray, 15), load_f32(ray, 16)
+
+
+@inlined
+def put_nearest(scratch, t, instance, primitive, u, v):
+    """Let `nearest` tell of a hit that was found before."""
+    ray = scratch + SCRATCH_RAY
+    store_f32(ray, 8, t)
+    store_f32(ray, 15, u)
+    store_f32(ray, 16, v)
+    store_u32(ray, 17, primitive)
+    store_u32(ray, 18, instance)
+    store_u32(ray, 19, INVALID)
+
+
+@inlined
+def intersect(scene, scratch, o, d, tmin, tmax, mask):
+    """Nearest hit of a ray: (t, instance, primitive, u, v); see `trace` and `nearest`."""
+    trace(scene, scratch, o, d, tmin, tmax, mask)
+    return nearest(scratch)
 
 
 @inlined

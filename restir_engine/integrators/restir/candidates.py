@@ -1,4 +1,4 @@
-"""The second step of a frame: light samples and one direction by the BSDF, of which a pixel's reservoir keeps one.
+"""The second step of a frame: light samples and one direction by the BSDF, of which a pixel's reservoirs keep one each.
 
 Resampled importance sampling (Talbot et al. 2005) of M light samples and one BSDF sample. Technique t, of which M_t
 samples are drawn, is weighed by the balance heuristic, so that a sample of either has the resampling weight
@@ -7,11 +7,13 @@ samples are drawn, is weighed by the balance heuristic, so that a sample of eith
 
 with all three by solid angle: their ratio is the same by the coordinates that a reservoir keeps. (A light sample from
 tiles is itself resampled: its 1 / p_light is a contribution weight, and MIS goes by another density.) The direction by
-the BSDF is that by which the path goes on afterwards. It stands for the lights that it finds whole; of others (hidden
-from some lobes, without shadows, without size) p_bsdf is 0 and only light samples count.
+the BSDF is that by which the path goes on afterwards, with what its ray has hit. It stands for the lights that it finds
+whole; of others (hidden from some lobes, without shadows, without size) p_bsdf is 0 and only light samples count.
 """
 
 import math
+
+import numpy as np
 
 from ...kernels import rng
 from ...kernels.direct import LOBE_RAYS, lit_bsdf, lobe_sum
@@ -35,6 +37,7 @@ from ...kernels.lobes import (
     bsdf_has_eval,
     bsdf_sample,
 )
+from ...kernels.memory import record_at
 from ...kernels.path_state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags
 from ...kernels.path_state import visibility as ray_visibility
 from ...kernels.records import (
@@ -47,6 +50,7 @@ from ...kernels.records import (
     RAY_LAST,
     RAY_TRANSPARENT,
     SCRATCH_LIGHT_SAMPLE,
+    SCRATCH_SCATTER,
     instance_at,
     light_at,
     light_sample_at,
@@ -58,22 +62,46 @@ from ...kernels.vec import max3, mul, normalize, vec
 from ...kernels.warp import octahedral
 from ...kernels.world import world_pdf
 from ..path import tile_point
-from .options import TARGET
+from .frame import UNTRACED, hit_at
+from .options import TARGET, reuse_at
 from .reservoir import accept, clear, contribution_weight, reservoir_at
 from .reuse import reservoirs_of
-from .target import brightness, masked, point_at, target_of_light, unshadowed, visibility
+from .target import DARK, brightness, integrand, masked, point_at, store_light, target_of_light, visibility
 from .visibility import keep
 
 # Key of the candidates' random numbers, and their dimensions.
 _CANDIDATES = 0x43414E44
 _DIM_LIGHT, _DIM_POINT, _DIM_CHOICE = 0, 1, 2
 
+# What is streamed through the reservoir of each layer, in that part of working memory that scattering uses otherwise.
+STREAM = np.dtype(
+    [
+        ("total", np.float64),  # of the weights
+        ("choice", np.float64),  # random number, what is left of it
+        # Of the sample kept: a point of a light (kernels.lights.places), and the BSDF towards it by class of lobes.
+        ("source", np.int64),
+        ("primitive", np.int64),
+        ("u", np.float64),
+        ("v", np.float64),
+        ("bsdf", np.float64, (9,)),
+        ("bsdf_ratio", np.float64),  # p_bsdf / p_lights of a light sample, 0 of what a ray has found
+    ]
+)
+WORK_STREAMS = SCRATCH_SCATTER
+_stream_at = record_at(STREAM)
+
 
 @inlined
-def light_target(scene, reuse, sp, ls):
-    """(p̂ by solid angle without visibility, the BSDF's density) of a LIGHT_SAMPLE at sp."""
-    f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
-    return brightness(reuse, mul(lobe_sum(f), vec(ls.radiance))), pdf
+def _stream(scratch, layer):
+    return _stream_at(scratch + WORK_STREAMS, layer)
+
+
+@inlined
+def _start_streams(scratch, layers, u):
+    for layer in range(layers):
+        stream = _stream(scratch, layer)
+        stream.total = 0.0
+        stream.choice = u
 
 
 @inlined
@@ -85,73 +113,86 @@ def _found_by_rays(scene, ls):
 
 
 @inlined
-def _keep(r, source, primitive, u, v, ratio):
-    """ratio: the density of the BSDF's direction by that of the light samples; 0 for what a ray has found."""
-    r.bsdf_ratio = ratio
-    r.source = source
-    r.primitive = primitive
-    r.u = u
-    r.v = v
+def _offer(reuse, layers, scratch, f, radiance, factor, ratio):
+    """Stream a sample by the weight p̂ · factor; bits of the layers that keep it. f: the BSDF (9 floats)."""
+    rgb = mul(lobe_sum(f), radiance)
+    keepers = 0
+    for layer in range(layers):
+        stream = _stream(scratch, layer)
+        weight = brightness(reuse_at(reuse, layer), rgb) * factor
+        if 0.0 < weight < math.inf:
+            stream.total += weight
+            chosen, u = accept(weight, float(stream.total), float(stream.choice))
+            stream.choice = u
+            if chosen:
+                keepers |= 1 << layer
+                stream.bsdf_ratio = ratio
+                for k in range(9):
+                    stream.bsdf[k] = f[k]
+    return keepers
 
 
 @inlined
-def _light_candidates(scene, reuse, scratch, path, sp, r, u):
-    """Stream light samples through a reservoir: (sum of weights, what is left of the random number u)."""
-    count = reuse.candidates
+def _keep(scratch, layers, keepers, source, primitive, u, v):
+    """Note which point of a light the layers `keepers` keep."""
+    for layer in range(layers):
+        if keepers >> layer & 1:
+            stream = _stream(scratch, layer)
+            stream.source = source
+            stream.primitive = primitive
+            stream.u = u
+            stream.v = v
+
+
+@inlined
+def _light_candidates(scene, reuse, layers, scratch, path, sp):
+    """Stream light samples."""
+    count = reuse_at(reuse, 0).candidates
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     key = rng.hash_combine(path.key, _CANDIDATES)
-    total = 0.0
     for i in range(count):
         index = (path.sample * count + i) & 0xFFFFFFFF
         u0, u1 = rng.sample2(key, index, _DIM_POINT)
         if not light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT)):
             continue
-        target, pdf = light_target(scene, reuse, sp, ls)
+        f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
         ratio = pdf / (count * ls.mis_pdf) if _found_by_rays(scene, ls) else 0.0
-        weight = target / (ls.pdf * count * (1.0 + ratio))
-        if 0.0 < weight < math.inf:
-            total += weight
-            chosen, u = accept(weight, total, u)
-            if chosen:
-                source, primitive, x, y = point_of_sample(scene, sp, ls)
-                _keep(r, source, primitive, x, y, ratio)
-    return total, u
+        factor = 1.0 / (ls.pdf * count * (1.0 + ratio))
+        keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, ratio)
+        if keepers:
+            source, primitive, x, y = point_of_sample(scene, sp, ls)
+            _keep(scratch, layers, keepers, source, primitive, x, y)
 
 
 @device
-def _found(scene, reuse, scratch, sp, r, total, u, source, primitive, x, y, light_pdf):
-    """Stream a light that the BSDF's ray found: (sum of weights, u)."""
+def _found(scene, reuse, layers, scratch, sp, source, primitive, x, y, light_pdf):
+    """Stream a light that the BSDF's ray found."""
     if not (light_pdf > 0.0 and light_point(scene, sp, scratch, source, primitive, x, y)):
-        return total, u
+        return
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     if not _found_by_rays(scene, ls):
-        return total, u
-    target, pdf = light_target(scene, reuse, sp, ls)
-    weight = target / (reuse.candidates * light_pdf + pdf)
-    if not 0.0 < weight < math.inf:
-        return total, u
-    total += weight
-    chosen, u = accept(weight, total, u)
-    if chosen:
-        _keep(r, source, primitive, x, y, 0.0)
-    return total, u
+        return
+    f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
+    factor = 1.0 / (reuse_at(reuse, 0).candidates * light_pdf + pdf)
+    keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, 0.0)
+    _keep(scratch, layers, keepers, source, primitive, x, y)
 
 
 @device
-def _found_lamp(scene, reuse, scratch, sp, r, total, u, light, o, d, t):
+def _found_lamp(scene, reuse, layers, scratch, sp, light, o, d, t):
     _, _, _, pdf = light_radiance(scene, scratch, sp, light, o, d, t)
     x, y = point_of_lamp(scene, light, o, d, t)
-    return _found(scene, reuse, scratch, sp, r, total, u, light, POINT_ON_LAMP, x, y, pdf)
+    _found(scene, reuse, layers, scratch, sp, light, POINT_ON_LAMP, x, y, pdf)
 
 
 @device
-def _bsdf_candidate(scene, integrator, reuse, scratch, path, sp, r, total, u):
-    """Stream what the path's next ray finds: (sum of weights, u)."""
+def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit):
+    """Stream what the path's next ray finds; keep what it hits first."""
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
     label, wi, _, pdf = bsdf_sample(scene, sp, u0, u1, u2)
     if label == 0 or label & (LABEL_SINGULAR | LABEL_TRANSPARENT | LABEL_SUBSURFACE) or pdf <= 0.0:
-        return total, u
+        return
     o = offset_origin(sp, wi)
     d = normalize(wi)
     flags = ray_flags(label)
@@ -159,73 +200,127 @@ def _bsdf_candidate(scene, integrator, reuse, scratch, path, sp, r, total, u):
     tmin = 0.0
     for _ in range(integrator.transparent_bounces - path.transparent_bounce + 1):
         t, instance, primitive, x, y = intersect(scene, scratch, o, d, tmin, FAR, ray_visibility(flags))
+        if tmin == 0.0:
+            hit.instance = instance
+            hit.primitive = primitive
+            hit.t = t
+            hit.u = x
+            hit.v = y
         for _ in range(scene.n_lights):
             light, distance = lights_intersect(scene, o, d, tmin, t, flags)
             if light < 0:
                 break
-            total, u = _found_lamp(scene, reuse, scratch, sp, r, total, u, light, o, d, distance)
+            _found_lamp(scene, reuse, layers, scratch, sp, light, o, d, distance)
             tmin = next_after(distance)
         if instance < 0:
             light = sun_next(scene, d, 0, flags)
             while light >= 0:
-                total, u = _found_lamp(scene, reuse, scratch, sp, r, total, u, light, o, d, FAR)
+                _found_lamp(scene, reuse, layers, scratch, sp, light, o, d, FAR)
                 light = sun_next(scene, d, light + 1, flags)
             x, y = octahedral(d)
-            density = world_pdf(scene, d)
-            return _found(scene, reuse, scratch, sp, r, total, u, 0, POINT_ON_WORLD, x, y, density)
+            _found(scene, reuse, layers, scratch, sp, 0, POINT_ON_WORLD, x, y, world_pdf(scene, d))
+            return
         surface_point(scene, point, instance, primitive, x, y, t, d)
         if instance_at(scene.instances, instance).lights >= 0:
             density = triangle_pdf(scene, point, vec(sp.p))
-            total, u = _found(scene, reuse, scratch, sp, r, total, u, instance, primitive, x, y, density)
+            _found(scene, reuse, layers, scratch, sp, instance, primitive, x, y, density)
         if material_at(scene.materials, point.material).flags & MATERIAL_TRANSPARENT == 0:
-            return total, u
+            return
         flags |= RAY_TRANSPARENT
         point.ray_flags = flags | RAY_LAST
         shader_eval(scene, point)
         if max3(vec(point.transparent)) <= 0.0:
-            return total, u
+            return
         tmin = next_after(t)
-    return total, u
 
 
 @inlined
-def _settle(scene, integrator, reuse, frame, scratch, pixel, sp, r, total):
-    """Give the chosen sample its p̂, V and W; one that is found in shadow becomes a null sample where that is wanted."""
-    if total <= 0.0:
-        return
-    f = unshadowed(scene, sp, scratch, int(r.source), int(r.primitive), float(r.u), float(r.v))
-    r.target = target_of_light(reuse, f)
-    w = contribution_weight(total, float(r.target))
-    if r.target > 0.0:
-        v = visibility(scene, integrator, frame, scratch, pixel)
+def _copy_sample(r, stream):
+    """Give a reservoir what its stream has kept."""
+    r.source = stream.source
+    r.primitive = stream.primitive
+    r.u = stream.u
+    r.v = stream.v
+
+
+@inlined
+def _same(a, b):
+    """Whether two streams have kept the same point."""
+    return a.source == b.source and a.primitive == b.primitive and a.u == b.u and a.v == b.v
+
+
+@inlined
+def _bsdf(stream):
+    b = stream.bsdf
+    return (b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7], b[8])
+
+
+@device
+def _settle(scene, integrator, reuse, layers, frame, scratch, pixel, sp, seed, last):
+    """Fill the pixel's reservoirs and frame.light: p̂, V and W of each layer's sample.
+
+    One found in shadow becomes a null sample where that is wanted.
+    """
+    f = DARK
+    v = (0.0, 0.0, 0.0)
+    known = -1  # the layer whose sample f and V are of
+    for layer in range(layers):
+        options = reuse_at(reuse, layer)
+        stream = _stream(scratch, layer)
+        r = reservoir_at(reservoirs_of(frame, options, frame.reservoirs), pixel)
+        clear(r, 1.0)
+        r.seed = seed
+        light = DARK
+        if stream.total > 0.0:
+            _copy_sample(r, stream)
+            if known < 0 or not _same(stream, _stream(scratch, known)):
+                f = DARK
+                if light_point(scene, sp, scratch, int(r.source), int(r.primitive), float(r.u), float(r.v)):
+                    f = integrand(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0), _bsdf(stream))
+                    v = visibility(scene, integrator, frame, scratch, pixel)
+                known = layer
+            light = _weigh(options, r, f, v, stream, last)
+        store_light(frame, options, pixel, light)
+
+
+@inlined
+def _weigh(options, r, f, v, stream, last):
+    """Set p̂, V and W of a reservoir; returns f as p̂ has it, or f V W if nothing else comes before shading."""
+    seen = masked(f, v)
+    r.target = target_of_light(options, f)
+    w = contribution_weight(float(stream.total), float(r.target))
+    if w > 0.0:
         keep(r, v)
-        seen = target_of_light(reuse, masked(f, v))
-        if reuse.visibility == TARGET:
-            r.target = seen
+        if options.visibility == TARGET:
+            r.target = target_of_light(options, seen)
         elif max3(v) <= 0.0:
             # No ray by the BSDF can have found it: light samples alone stand for it (contribution MIS, eq. 7.1).
-            w *= 1.0 + r.bsdf_ratio
-        if seen <= 0.0 and (reuse.visibility == TARGET or reuse.discard != 0):
+            w *= 1.0 + stream.bsdf_ratio
+        if (options.visibility == TARGET or options.discard != 0) and target_of_light(options, seen) <= 0.0:
             w = 0.0
     r.contribution_weight = w
+    if last != 0:
+        return masked(seen, (w, w, w))
+    return seen if options.visibility == TARGET else f
 
 
 @kernel
-def candidates_tile(scene, integrator, reuse, frame, scratch, x0, y0, x1, y1):
-    """Fill the reservoirs of a tile."""
-    start = reservoirs_of(frame, reuse, frame.reservoirs)
+def candidates_tile(scene, integrator, reuse, layers, frame, scratch, x0, y0, x1, y1, last):
+    """Fill the reservoirs of a tile. reuse: address of a REUSE for each of the layers of reservoirs.
+
+    last: whether no reuse follows, so that frame.light is what lights.
+    """
     for y in range(y0, y1):
         for x in range(x0, x1):
             index = y * frame.width + x
-            r = reservoir_at(start, index)
-            clear(r, 1.0)
             sp = point_at(frame, index)
-            if sp.instance < 0 or not bsdf_has_eval(sp):
-                continue
+            hit = hit_at(frame.hits, index)
+            hit.instance = UNTRACED
             path = path_at(frame.paths, index)
             key = rng.hash_combine(path.key, _CANDIDATES)
-            u = rng.sample1(key, path.sample, _DIM_CHOICE)
-            r.seed = rng.hash_combine(key, path.sample)
-            total, u = _light_candidates(scene, reuse, scratch, path, sp, r, u)
-            total, _ = _bsdf_candidate(scene, integrator, reuse, scratch, path, sp, r, total, u)
-            _settle(scene, integrator, reuse, frame, scratch, index, sp, r, total)
+            _start_streams(scratch, layers, rng.sample1(key, path.sample, _DIM_CHOICE))
+            if sp.instance >= 0 and bsdf_has_eval(sp):
+                _light_candidates(scene, reuse, layers, scratch, path, sp)
+                _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit)
+            seed = rng.hash_combine(key, path.sample)
+            _settle(scene, integrator, reuse, layers, frame, scratch, index, sp, seed, last)

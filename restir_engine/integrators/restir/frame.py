@@ -8,6 +8,11 @@ from ...kernels.memory import address, record_at
 from ...kernels.records import CAMERA, CLOSURE, PATH, SHADING_POINT
 from .reservoir import RESERVOIR, UNKNOWN
 
+HIT = np.dtype(  # of a ray, as kernels.intersect tells it
+    [("instance", np.int32), ("primitive", np.int32), ("t", np.float32), ("u", np.float32), ("v", np.float32)]
+)
+UNTRACED = -2  # in place of its instance
+
 FRAME = np.dtype(
     [
         ("width", np.int64),
@@ -19,12 +24,16 @@ FRAME = np.dtype(
         ("reservoirs", np.int64),  # RESERVOIR: of the candidates, then of each reuse
         ("reused", np.int64),  # RESERVOIR: what a pass of reuse writes; it takes the place of the others afterwards
         ("pixels", np.int64),  # float32 [channels]: what this frame adds to the film
-        ("light", np.int64),  # float32 [9]: direct light by class of lobes as the last reuse sums it up; 0: no reuse
+        ("hits", np.int64),  # HIT of the ray by which the path goes on
+        # float32 [9] by class of lobes: f of the sample in the reservoir as p̂ has it; after the last of candidates and
+        # reuse the direct light. Each channel is that of its own reservoir, where there is one for each.
+        ("light", np.int64),
     ]
 )
 TILE = 32  # pixels: closures of so many by so many pixels lie in one pool
 
 frame_at = record_at(FRAME)
+hit_at = record_at(HIT)
 
 
 class Frame:
@@ -36,13 +45,14 @@ class Frame:
         self.paths = np.zeros((height, width), PATH)
         self._reservoirs = [np.zeros((layers, height, width), RESERVOIR) for _ in range(2)]
         self.pixels = np.zeros((height, width, channels), np.float32)
+        self.hits = np.zeros((height, width), HIT)
         self.light = np.zeros((height, width, 9), np.float32)
         self.camera = np.zeros(1, CAMERA)
         self._pools: dict[tuple[int, int], np.ndarray] = {}
         self._record = np.zeros(1, FRAME)
         record = self._record[0]
         record["width"], record["height"], record["channels"] = width, height, channels
-        for name in ("points", "paths", "pixels"):
+        for name in ("points", "paths", "pixels", "hits", "light"):
             record[name] = address(getattr(self, name))
         self.use_reservoirs(0)
 
@@ -80,5 +90,5 @@ class Frame:
     @property
     def bytes(self) -> int:
         """Memory that the frame takes."""
-        arrays = [self.points, self.paths, self.pixels, self.light, *self._reservoirs, *self._pools.values()]
+        arrays = [self.points, self.paths, self.pixels, self.hits, self.light, *self._reservoirs, *self._pools.values()]
         return sum(array.nbytes for array in arrays)

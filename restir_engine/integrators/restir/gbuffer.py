@@ -7,7 +7,7 @@ from ...kernels.lobes.closure import LOBE_SUBSURFACE
 from ...kernels.memory import load_i64, record_address, store_f32, store_i64
 from ...kernels.path_state import start_path
 from ...kernels.records import CLOSURE, PATH, SCRATCH_PATH, SHADING_POINT, closure_at, path_at, shading_point_at
-from ..path import ENDS, SHADES, arrive, bounce, tile_point
+from ..path import ENDS, SHADES, arrive, bounce, tile_point, trace_ray
 
 POINT_WORDS, PATH_WORDS, CLOSURE_BYTES = SHADING_POINT.itemsize // 8, PATH.itemsize // 8, CLOSURE.itemsize
 CLOSURE_WORDS = CLOSURE_BYTES // 8
@@ -33,6 +33,7 @@ def _is_lit(sp):
 def _first_vertex(scene, camera, integrator, film, scratch, path, sp):
     """Follow the path to the first vertex that is lit; False when it ends before."""
     while True:
+        trace_ray(scene, camera, scratch, path)
         step = arrive(scene, camera, integrator, film, scratch, path, sp)
         if step == SHADES:
             if _is_lit(sp):

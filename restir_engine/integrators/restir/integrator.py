@@ -68,8 +68,7 @@ class RestirIntegrator(Integrator):
 
     def _light_tiles(self, candidates: int) -> LightTiles:
         """Tiles from which one light sample is resampled at each vertex, instead of the `candidates` of few lights."""
-        for reuse in self.passes.reuse:
-            reuse[0]["candidates"] = 1
+        self.passes.reuse["candidates"] = 1
         entries = TILE_ENTRIES * candidates
         return LightTiles(self.scene, tile_count(self.film.width * self.film.height), candidates=entries)
 
@@ -83,8 +82,8 @@ class RestirIntegrator(Integrator):
         seed = frame_seed(self._seed, first_sample)
         self.passes.use_seed(seed)
         reuse = self.passes.stages(self.scene, self.camera, self.record, self.frame)
-        self.frame.record["light"] = address(self.frame.light) if reuse else 0
-        steps = [Stage(self._gbuffer), Stage(self._candidates), *reuse, Stage(self._shade)]
+        candidates = partial(self._candidates, int(not reuse))
+        steps = [Stage(self._gbuffer), Stage(candidates), *reuse, Stage(self._shade)]
         if self.tiles:
             tiles = [(tile, tile + 1) for tile in range(self.tiles.count)]
             steps.insert(0, Stage(partial(self._fill_tiles, seed), tiles))
@@ -127,9 +126,10 @@ class RestirIntegrator(Integrator):
             if closures <= len(pool):
                 return
 
-    def _candidates(self, tile: Tile, scratch: np.ndarray) -> None:
-        for reuse in self.passes.reuse:
-            candidates_tile(self.scene.record, self.record[0], reuse[0], self.frame.record, address(scratch), *tile)
+    def _candidates(self, last: int, tile: Tile, scratch: np.ndarray) -> None:
+        scene, frame, reuse = self.scene, self.frame, self.passes.reuse
+        layers = address(reuse), len(reuse)
+        candidates_tile(scene.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
 
     def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
         args = (self.scene.record, self.camera[0], self.record[0], self.film.record, self.frame.record)

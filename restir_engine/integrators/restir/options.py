@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...kernels.memory import record_at
 from .mis import MIS_KINDS
 
 # Where visibility V comes from:
@@ -42,6 +43,7 @@ REUSE = np.dtype(
     ]
 )
 
+reuse_at = record_at(REUSE)
 
 _CHOICES = {"mis": MIS_KINDS, "visibility": VISIBILITY, "history_target": HISTORY_TARGET}
 _DEFAULTS = {

@@ -67,16 +67,14 @@ class Passes:
 
     def __init__(self, plan: ReusePlan) -> None:
         self.plan = plan
-        self.reuse = [
-            reuse_record(channel=channel, **plan.options) for channel in (CHANNELS if plan.by_channel else (-1,))
-        ]
+        channels = CHANNELS if plan.by_channel else (-1,)
+        self.reuse = np.concatenate([reuse_record(channel=channel, **plan.options) for channel in channels])
         self._before: tuple[Scene, np.ndarray, Frame] | None = None
         self._motion: tuple[Scene, Scene, Motion] | None = None
 
     def use_seed(self, seed: int) -> None:
         """Let this frame draw from its own random numbers."""
-        for record in self.reuse:
-            record[0]["seed"] = seed
+        self.reuse["seed"] = seed
 
     def remember(self, scene: Scene, camera: np.ndarray, frame: Frame) -> Frame | None:
         """Make a finished frame the one before; the frame that was it, whose arrays may be used again."""
@@ -106,7 +104,7 @@ class Passes:
 
     def _each(self, scene, camera, integrator, frame, step, tile: Tile, scratch: np.ndarray) -> None:
         for reuse in self.reuse:
-            step(scene.record, camera[0], integrator[0], frame, reuse[0], address(scratch), tile)
+            step(scene.record, camera[0], integrator[0], frame, reuse, address(scratch), tile)
 
     def _spatial(self, turn, last, scene, camera, integrator, frame, reuse, scratch, tile) -> None:
         spatial_tile(scene, camera, integrator, frame.record, reuse, scratch, *tile, turn, int(last))

@@ -1,7 +1,7 @@
 """What temporal and spatial reuse of direct light share: working memory, candidates, and what comes of them."""
 
 from ...kernels.jit import device, inlined
-from ...kernels.memory import load_f32, load_i64, store_f32, store_i64
+from ...kernels.memory import load_i64, store_i64
 from ...kernels.records import SCRATCH_SCATTER
 from ...kernels.vec import load3_f64, scale, store3_f64
 from .mis import CONTRIBUTION
@@ -16,7 +16,7 @@ from .resample import (
     weight_of,
 )
 from .reservoir import RESERVOIR, UNKNOWN, clear, copy_sample, reservoir_at
-from .target import load9, masked, store9, target_of_light, unshadowed, visibility
+from .target import DARK, add9, load9, load_light, masked, store9, store_light, target_of_light, unshadowed, visibility
 from .visibility import carried, forget, keep, kept, merged
 
 # Working memory of a pixel, in that part of the tile's that scattering uses at other times: the table of candidates;
@@ -50,16 +50,10 @@ def target_at(scene, integrator, frame, reuse, scratch, sp, pixel, reservoir, so
 
 
 @device
-def put_canonical(scene, reuse, scratch, sp, address, last):
-    """Candidate 0: the pixel's own sample. Its f is only worked out for the last reuse, which shades."""
+def put_canonical(frame, scratch, pixel, address):
+    """Candidate 0: the pixel's own sample, whose f frame.light holds."""
     r = reservoir_at(address, 0)
-    v = kept(r)
-    f = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    if last != 0 and r.contribution_weight > 0.0:
-        f = unshadowed(scene, sp, scratch, r.source, r.primitive, float(r.u), float(r.v))
-        if reuse.visibility == TARGET:
-            f = masked(f, v)
-    _put(scratch, 0, address, r.source, f, v)
+    _put(scratch, 0, address, r.source, load_light(frame, pixel), kept(r))
     put_candidate(scratch + WORK_TABLE, 0, float(r.confidence), float(r.contribution_weight), float(r.target))
 
 
@@ -71,7 +65,7 @@ def put_shifted(scene, integrator, frame, reuse, scratch, sp, pixel, i, address,
     """
     r = reservoir_at(address, 0)
     w = float(r.contribution_weight)
-    f = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    f = DARK
     v = kept(r) if carried(reuse) else (UNKNOWN, 0.0, 0.0)
     p = 0.0
     if w > 0.0 and source >= 0:
@@ -115,48 +109,44 @@ def settle(reuse, scratch, n, kind, total, chosen, to):
 
 
 @device
-def shade_candidates(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to):
-    """Sum up what the pixel is lit by, to frame.light: Σ w_i f_i V_i / p̂_i, or f V W of the one chosen.
+def leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to, last):
+    """Leave in frame.light f of the sample chosen, or after the last reuse what the pixel is lit by.
 
-    The sum has the same mean in every channel and no noise of colour; CONTRIBUTION has no weights for it.
+    That is Σ w_i f_i V_i / p̂_i, or f V W of the one chosen. The sum has the same mean in every channel and no noise of
+    colour; CONTRIBUTION has no weights for it.
     """
-    light = frame.light + 36 * pixel
-    out = reservoir_at(to, 0)
-    for k in range(9):
-        if reuse.channel < 0 or k % 3 == reuse.channel:
-            store_f32(light, k, 0.0)
-    if chosen < 0:
-        return
-    if reuse.vector == 0 or kind == CONTRIBUTION:
-        v = kept(out)
-        if v[0] == UNKNOWN:
-            v = _trace(scene, integrator, frame, scratch, sp, pixel, chosen)
-        _add_light(reuse, light, load9(scratch + WORK_LIGHT, chosen), v, float(out.contribution_weight))
-        return
-    table = scratch + WORK_TABLE
-    for i in range(n):
-        weight = weight_of(table, i)
-        if weight > 0.0:
-            v = load3_f64(scratch + WORK_VISIBILITY, 3 * i)
-            if v[0] == UNKNOWN:
-                v = _trace(scene, integrator, frame, scratch, sp, pixel, i)
-            _add_light(reuse, light, load9(scratch + WORK_LIGHT, i), v, weight / target_of(table, i))
+    light = DARK
+    if chosen >= 0 and last == 0:
+        light = load9(scratch + WORK_LIGHT, chosen)
+    elif chosen >= 0 and (reuse.vector == 0 or kind == CONTRIBUTION):
+        out = reservoir_at(to, 0)
+        v = _seen(scene, integrator, frame, scratch, sp, pixel, chosen, kept(out))
+        light = _lit(reuse, load9(scratch + WORK_LIGHT, chosen), v, float(out.contribution_weight))
+    elif chosen >= 0:
+        table = scratch + WORK_TABLE
+        for i in range(n):
+            weight = weight_of(table, i)
+            if weight > 0.0:
+                v = load3_f64(scratch + WORK_VISIBILITY, 3 * i)
+                v = _seen(scene, integrator, frame, scratch, sp, pixel, i, v)
+                part = _lit(reuse, load9(scratch + WORK_LIGHT, i), v, weight / target_of(table, i))
+                light = add9(light, part)
+    store_light(frame, reuse, pixel, light)
 
 
 @device
-def _trace(scene, integrator, frame, scratch, sp, pixel, i):
-    """V of candidate i at the pixel."""
+def _seen(scene, integrator, frame, scratch, sp, pixel, i, v):
+    """V of candidate i at the pixel, where it is not known yet."""
+    if v[0] != UNKNOWN:
+        return v
     r = reservoir_at(load_i64(scratch + WORK_RESERVOIR, i), 0)
     unshadowed(scene, sp, scratch, load_i64(scratch + WORK_SOURCE, i), r.primitive, float(r.u), float(r.v))
     return visibility(scene, integrator, frame, scratch, pixel)
 
 
 @inlined
-def _add_light(reuse, light, f, v, weight):
-    """Add f V times a weight to nine float32; p̂ that contains V has it in f."""
+def _lit(reuse, f, v, weight):
+    """f V times a weight; p̂ that contains V has it in f."""
     if reuse.visibility == TARGET:
         v = (1.0, 1.0, 1.0)
-    f = masked(f, scale(v, weight))
-    for k in range(9):
-        if reuse.channel < 0 or k % 3 == reuse.channel:
-            store_f32(light, k, load_f32(light, k) + f[k])
+    return masked(f, scale(v, weight))

@@ -1,56 +1,26 @@
 """The last steps of a frame: a reservoir's light is added, the path goes on, and the film takes the frame in."""
 
 from ...kernels.accumulate import add1
-from ...kernels.direct import add_direct, lit_bsdf, lobe_sum
+from ...kernels.direct import add_direct, lobe_sum
+from ...kernels.intersect import put_nearest
 from ...kernels.jit import inlined, kernel
-from ...kernels.lights import light_point
 from ...kernels.media.calls import media_around
 from ...kernels.memory import load_f32, record_address
-from ...kernels.records import (
-    LIGHT_SAMPLE_NO_SHADOW,
-    SCRATCH_CLOSURES,
-    SCRATCH_LIGHT_SAMPLE,
-    SCRATCH_PATH,
-    light_sample_at,
-    path_at,
-    shading_point_at,
-)
-from ...kernels.shadow import transmittance
-from ...kernels.vec import mul, scale, vec
-from ..path import GOES_ON, bounce, tile_point, trace_path
+from ...kernels.records import SCRATCH_CLOSURES, SCRATCH_PATH, path_at, shading_point_at
+from ...kernels.vec import mul, vec
+from ..path import ARRIVES, GOES_ON, bounce, tile_point, trace_path
+from .frame import UNTRACED, hit_at
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS, copy_words
-from .reservoir import UNKNOWN, reservoir_at
+from .target import load_light
 
 # In place of PATH.mis_pdf: so small that what light sampling finds with any density has no weight.
 COUNTED = 1e-200
 
 
 @inlined
-def _add_sample(scene, integrator, film, scratch, path, sp, r):
-    """Add f W of a pixel's own reservoir."""
-    if r.contribution_weight <= 0.0:
-        return
-    if not light_point(scene, sp, scratch, int(r.source), int(r.primitive), 1.0 * r.u, 1.0 * r.v):
-        return
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    wi = vec(ls.wi)
-    f, _ = lit_bsdf(scene, sp, wi, ls.visibility)
-    c = scale(mul(lobe_sum(f), vec(ls.radiance)), r.contribution_weight / ls.pdf)
-    if r.visibility[0] != UNKNOWN:
-        c = mul(c, (1.0 * r.visibility[0], 1.0 * r.visibility[1], 1.0 * r.visibility[2]))
-    elif not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
-    add_direct(integrator, film, path, mul(c, vec(path.throughput)), f)
-
-
-@inlined
-def _add_sum(integrator, film, path, light):
-    """Add direct light that reuse has summed up by class of lobes (float32 [9])."""
-    f = (
-        load_f32(light, 0), load_f32(light, 1), load_f32(light, 2),
-        load_f32(light, 3), load_f32(light, 4), load_f32(light, 5),
-        load_f32(light, 6), load_f32(light, 7), load_f32(light, 8),
-    )  # fmt: skip
+def _add_light(integrator, film, path, frame, pixel):
+    """Add what candidates or reuse have left as a pixel's direct light."""
+    f = load_light(frame, pixel)
     add_direct(integrator, film, path, mul(lobe_sum(f), vec(path.throughput)), f)
 
 
@@ -72,13 +42,14 @@ def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, x0,
             sp.closures = scratch + SCRATCH_CLOSURES
             sp.registers = registers
             media_around(scene, integrator, scratch, path, sp)
-            if frame.light != 0:
-                _add_sum(integrator, film, path, frame.light + 36 * index)
-            else:
-                _add_sample(scene, integrator, film, scratch, path, sp, reservoir_at(frame.reservoirs, index))
+            _add_light(integrator, film, path, frame, index)
             step = bounce(scene, integrator, path, sp)
             if step == GOES_ON and path.mis_pdf > 0.0:
                 path.mis_pdf = COUNTED
+            hit = hit_at(frame.hits, index)
+            if step == GOES_ON and hit.instance != UNTRACED:
+                put_nearest(scratch, 1.0 * hit.t, int(hit.instance), int(hit.primitive), 1.0 * hit.u, 1.0 * hit.v)
+                step = ARRIVES
             trace_path(scene, camera, integrator, film, scratch, step, exit_lights)
 
 

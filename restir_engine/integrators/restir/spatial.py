@@ -14,11 +14,11 @@ from .reuse import (
     WORK_RESERVOIR,
     WORK_SOURCE,
     WORK_TABLE,
+    leave_light,
     put_canonical,
     put_shifted,
     reservoirs_of,
     settle,
-    shade_candidates,
     target_at,
 )
 from .target import point_at
@@ -31,7 +31,7 @@ DIM_CHOICE = 1
 def spatial_tile(scene, camera, integrator, frame, reuse, scratch, x0, y0, x1, y1, turn, last):
     """One round of spatial reuse from frame.reservoirs to frame.reused for the pixels of a tile.
 
-    turn: which round it is; last: whether it is the last reuse of the frame, which sums up frame.light.
+    turn: which round it is; last: whether it is the last reuse of the frame, after which frame.light is what lights.
     """
     for y in range(y0, y1):
         for x in range(x0, x1):
@@ -49,7 +49,7 @@ def _reuse_pixel(scene, camera, integrator, frame, reuse, scratch, pixel, x, y, 
         clear(reservoir_at(to, 0), 0.0)
         return
     table = scratch + WORK_TABLE
-    put_canonical(scene, reuse, scratch, sp, start + RESERVOIR_BYTES * pixel, last)
+    put_canonical(frame, scratch, pixel, start + RESERVOIR_BYTES * pixel)
     store_i64(scratch + WORK_PIXEL, 0, pixel)
     n = _gather(scene, camera, integrator, frame, reuse, scratch, start, pixel, x, y, key)
     for i in range(n):
@@ -63,8 +63,7 @@ def _reuse_pixel(scene, camera, integrator, frame, reuse, scratch, pixel, x, y, 
         for j in range(1, n):
             _fill_from(scene, integrator, frame, reuse, scratch, chosen, j)
     settle(reuse, scratch, n, reuse.mis, total, chosen, to)
-    if last != 0:
-        shade_candidates(scene, integrator, frame, reuse, scratch, sp, pixel, n, reuse.mis, chosen, to)
+    leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, reuse.mis, chosen, to, last)
 
 
 @device

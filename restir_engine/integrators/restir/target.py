@@ -6,11 +6,13 @@ from ...kernels.direct import lit_bsdf, lobe_sum
 from ...kernels.jit import device, inlined
 from ...kernels.lights import light_point
 from ...kernels.media.calls import media_around
-from ...kernels.memory import load_f64, store_f64
+from ...kernels.memory import load_f32, load_f64, store_f32, store_f64
 from ...kernels.records import LIGHT_SAMPLE_NO_SHADOW, SCRATCH_LIGHT_SAMPLE, light_sample_at, path_at, shading_point_at
 from ...kernels.shadow import transmittance
 from ...kernels.vec import vec
 from .reservoir import NOTHING
+
+DARK = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # by class of lobes
 
 
 @inlined
@@ -25,17 +27,22 @@ def unshadowed(scene, sp, scratch, source, primitive, u, v):
 
     By the measure of these coordinates. Leaves the LIGHT_SAMPLE in scratch, for `visibility`.
     """
-    nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if primitive == NOTHING or not light_point(scene, sp, scratch, source, primitive, u, v):
-        return nothing
+        return DARK
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     f, _ = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
+    return integrand(ls, f)
+
+
+@inlined
+def integrand(ls, f):
+    """f of a LIGHT_SAMPLE that light_point filled, from the BSDF towards it."""
     r = ls.radiance[0] / ls.pdf
     g = ls.radiance[1] / ls.pdf
     b = ls.radiance[2] / ls.pdf
     f = (f[0] * r, f[1] * g, f[2] * b, f[3] * r, f[4] * g, f[5] * b, f[6] * r, f[7] * g, f[8] * b)
     rgb = lobe_sum(f)
-    return f if math.isfinite(rgb[0] + rgb[1] + rgb[2]) else nothing
+    return f if math.isfinite(rgb[0] + rgb[1] + rgb[2]) else DARK
 
 
 @device
@@ -56,6 +63,15 @@ def masked(f, v):
     return (
         f[0] * v[0], f[1] * v[1], f[2] * v[2], f[3] * v[0], f[4] * v[1], f[5] * v[2], f[6] * v[0], f[7] * v[1],
         f[8] * v[2],
+    )  # fmt: skip
+
+
+@inlined
+def add9(f, g):
+    """The sum of nine floats each."""
+    return (
+        f[0] + g[0], f[1] + g[1], f[2] + g[2], f[3] + g[3], f[4] + g[4], f[5] + g[5], f[6] + g[6], f[7] + g[7],
+        f[8] + g[8],
     )  # fmt: skip
 
 
@@ -94,3 +110,22 @@ def store9(address, index, f):
     store_f64(address, i + 6, f[6])
     store_f64(address, i + 7, f[7])
     store_f64(address, i + 8, f[8])
+
+
+@inlined
+def load_light(frame, pixel):
+    """frame.light of a pixel."""
+    light = frame.light + 36 * pixel
+    return (
+        load_f32(light, 0), load_f32(light, 1), load_f32(light, 2), load_f32(light, 3), load_f32(light, 4),
+        load_f32(light, 5), load_f32(light, 6), load_f32(light, 7), load_f32(light, 8),
+    )  # fmt: skip
+
+
+@inlined
+def store_light(frame, reuse, pixel, f):
+    """Set frame.light of a pixel, in the channels that the reservoirs are for."""
+    light = frame.light + 36 * pixel
+    for k in range(9):
+        if reuse.channel < 0 or k % 3 == reuse.channel:
+            store_f32(light, k, f[k])

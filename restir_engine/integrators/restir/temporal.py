@@ -17,11 +17,11 @@ from .reservoir import clear, reservoir_at
 from .reuse import (
     RESERVOIR_BYTES,
     WORK_TABLE,
+    leave_light,
     put_canonical,
     put_shifted,
     reservoirs_of,
     settle,
-    shade_candidates,
     target_at,
 )
 from .target import point_at
@@ -38,7 +38,7 @@ def temporal_tile(
     """Temporal reuse from frame.reservoirs and before.reservoirs to frame.reused for the pixels of a tile.
 
     scene_before, camera_before, before: of the frame before, whose points, paths and last reservoirs are still there;
-    last: whether no spatial reuse follows, so that frame.light is summed up.
+    last: whether no spatial reuse follows, so that frame.light is what lights.
     """
     for y in range(y0, y1):
         for x in range(x0, x1):
@@ -59,7 +59,7 @@ def _reuse_pixel(scene, integrator, frame, scene_before, before, motion, reuse, 
         return
     table = scratch + WORK_TABLE
     own = reservoirs_of(frame, reuse, frame.reservoirs) + RESERVOIR_BYTES * pixel
-    put_canonical(scene, reuse, scratch, sp, own, last)
+    put_canonical(frame, scratch, pixel, own)
     n = 1
     kind = reuse.mis
     if kind == CONTRIBUTION:
@@ -81,8 +81,7 @@ def _reuse_pixel(scene, integrator, frame, scene_before, before, motion, reuse, 
     total = weigh(table, n, kind)
     chosen = choose(table, n, total, rng.sample1(key, 0, DIM_CHOICE))
     settle(reuse, scratch, n, kind, total, chosen, to)
-    if last != 0:
-        shade_candidates(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to)
+    leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to, last)
 
 
 @device
