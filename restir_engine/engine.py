@@ -1,4 +1,4 @@
-"""The render engine as Blender sees it: final frames.
+"""The render engine as Blender sees it: final frames and previews of materials.
 
 The order for every view layer and frame is `update` (depsgraph → scene), then `render` (scene → film, by a session that
 knows nothing of Blender).
@@ -27,6 +27,7 @@ class RestirEngine(bpy.types.RenderEngine):
     bl_idname = "RESTIR"
     bl_label = "ReSTIR"
     bl_use_postprocess = True
+    bl_use_preview = True
     bl_use_eevee_viewport = True  # Material Preview
     bl_use_shading_nodes_custom = False  # the shader editor shows the nodes that Cycles has
 
@@ -43,7 +44,11 @@ class RestirEngine(bpy.types.RenderEngine):
             fail(self, problem)
             return
         self.update_stats("", "Reading the scene")
-        self.settings = properties.render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        of_frame = depsgraph.scene_eval, depsgraph.view_layer_eval
+        artist = artists_scene() if self.is_preview else None
+        self.settings = (
+            properties.preview_settings(*of_frame, artist) if artist else properties.render_settings(*of_frame)
+        )
         configure_cache()
         from .scene.errors import SceneError
 
@@ -78,7 +83,8 @@ class RestirEngine(bpy.types.RenderEngine):
         if session.film.samples:
             write_passes(result, session, self.settings.passes)
         self.end_result(result, cancel=not session.film.samples)
-        report_warnings(self, depsgraph.scene, session.scene.warnings)
+        if not self.is_preview:
+            report_warnings(self, depsgraph.scene, session.scene.warnings)
 
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         """Tell Blender which passes there will be."""
@@ -115,6 +121,12 @@ class Display:
         self._engine.update_result(self._result)
         self._picture_time = time.monotonic()
         self._interval = min(2.0 * self._interval, LAST_INTERVAL)
+
+
+def artists_scene() -> bpy.types.Scene | None:
+    """The scene that a preview is asked for from; the preview itself is made in a file of Blender's own."""
+    scenes = [scene for scene in (bpy.context.scene, *bpy.data.scenes) if scene is not None]
+    return next((scene for scene in scenes if scene.render.engine == RestirEngine.bl_idname), None)
 
 
 def write_passes(result: bpy.types.RenderResult, session, names: frozenset[str]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -15,6 +17,29 @@ from bpy.props import (
 from .settings import PASSES, RenderSettings
 
 DEFAULTS = RenderSettings()
+
+
+SSS_METHODS = (
+    (
+        "FROM_MATERIAL",
+        "From Material",
+        "Diffusion for Christensen–Burley, random walks for all others: what Cycles shows",
+    ),
+    ("RANDOM_WALK", "Random Walk", "Right for every shape and length, and the slowest"),
+    (
+        "HYBRID",
+        "Hybrid",
+        "Light that passes straight through or scatters once is traced, what scatters more often is diffusion "
+        "that knows how thick the object is: within 3 % of random walks in the mean, up to 22 % too dark where "
+        "a lamp shines from behind through a dense body",
+    ),
+    (
+        "DIFFUSION",
+        "Diffusion",
+        "By the distance of two surface points alone: 20 % too dark on bodies of 20 mean free paths under "
+        "even light, 50 % on those of five; thick ones are right",
+    ),
+)
 
 
 def _bounces(name: str, default: int, description: str):
@@ -149,6 +174,14 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         soft_max=4096,
         max=1 << 24,
     )
+    preview_samples: IntProperty(
+        name="Preview Samples",
+        description="Paths for each pixel of a material's preview",
+        default=32,
+        min=1,
+        soft_max=128,
+        max=4096,
+    )
     time_limit: FloatProperty(
         name="Time Limit",
         description="End the render after this time with the samples that it has by then. 0 is no limit",
@@ -239,28 +272,14 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
     sss_method: EnumProperty(
         name="Method",
         description="How light below surfaces is followed; what the material is stays the same",
-        items=(
-            (
-                "FROM_MATERIAL",
-                "From Material",
-                "Diffusion for Christensen–Burley, random walks for all others: what Cycles shows",
-            ),
-            ("RANDOM_WALK", "Random Walk", "Right for every shape and length, and the slowest"),
-            (
-                "HYBRID",
-                "Hybrid",
-                "Light that passes straight through or scatters once is traced, what scatters more often is diffusion "
-                "that knows how thick the object is: within 3 % of random walks in the mean, up to 22 % too dark where "
-                "a lamp shines from behind through a dense body",
-            ),
-            (
-                "DIFFUSION",
-                "Diffusion",
-                "By the distance of two surface points alone: 20 % too dark on bodies of 20 mean free paths under "
-                "even light, 50 % on those of five; thick ones are right",
-            ),
-        ),
+        items=SSS_METHODS,
         default=DEFAULTS.sss_method,
+    )
+    preview_sss_method: EnumProperty(
+        name="Preview",
+        description="How previews of materials follow light below surfaces",
+        items=(("FINAL", "As Final", "As in final renders"), *SSS_METHODS),
+        default="FINAL",
     )
     cycles_burley_kernel: BoolProperty(
         name="Cycles' Christensen–Burley",
@@ -503,6 +522,23 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "passes": enabled_passes(view_layer),
         }
+    )
+
+
+def preview_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, artist: bpy.types.Scene):
+    """The RenderSettings of a material's preview: those of the artist's scene, with samples and method for previews.
+
+    `scene` and `view_layer` are Blender's own, in which the preview is made.
+    """
+    own = artist.restir
+    final = render_settings(artist, view_layer)
+    method = final.sss_method if own.preview_sss_method == "FINAL" else own.preview_sss_method
+    return replace(
+        final,
+        samples=own.preview_samples,
+        sss_method=method,
+        film_transparent=scene.render.film_transparent,
+        passes=frozenset({"Combined"}),
     )
 
 

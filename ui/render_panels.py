@@ -20,6 +20,7 @@ class RESTIR_RENDER_PT_sampling(RestirPanel, bpy.types.Panel):
         own, column = context.scene.restir, self.column()
         column.prop(own, "integrator")
         column.prop(own, "samples")
+        column.prop(own, "preview_samples")
         column.prop(own, "time_limit")
         row = column.row(align=True)
         row.prop(own, "seed")
@@ -109,6 +110,7 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         own, column = context.scene.restir, self.column()
         column.prop(own, "sss_method")
+        column.prop(own, "preview_sss_method")
         hybrid = column.column()
         hybrid.active = own.sss_method == "HYBRID"
         hybrid.prop(own, "sss_thickness_aware")

@@ -1,5 +1,6 @@
 """What the engine delivers to Blender: passes, view layers, render border, frames; what it says where it cannot."""
 
+import time
 from pathlib import Path
 
 import bpy
@@ -82,6 +83,26 @@ def test_picture_is_upright(lit, tmp_path):
     assert np.isfinite(pixels).all()
     sky, ground = pixels[-4:, :, 0], pixels[:4, :, 0]
     assert sky.mean() > 1.1 * ground.mean() > 0.1
+
+
+@pytest.mark.parametrize(("chosen", "method"), [("FINAL", "DIFFUSION"), ("HYBRID", "HYBRID")])
+def test_previews_have_their_own_samples_and_method(scene, monkeypatch, chosen, method):
+    """A preview of a material that scatters, made by this engine in Blender's own scene."""
+    scene.restir.preview_samples, scene.restir.preview_sss_method, scene.restir.sss_method = 2, chosen, "DIFFUSION"
+    found = []
+    settings = properties.preview_settings
+    monkeypatch.setattr(properties, "preview_settings", lambda *scenes: found.append(settings(*scenes)) or found[-1])
+    material = bpy.data.materials.new("Skin")
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    material.node_tree.nodes["Principled BSDF"].inputs["Subsurface Weight"].default_value = 1.0
+    material.asset_generate_preview()
+    end = time.monotonic() + 60.0
+    while not (found and np.any(material.preview.image_pixels_float)) and time.monotonic() < end:
+        time.sleep(0.05)
+    pixels = np.array(material.preview.image_pixels_float).reshape(-1, 4)
+    assert np.isfinite(pixels).all() and pixels[:, :3].max() > 0.1
+    assert {(item.samples, item.sss_method) for item in found} == {(2, method)}
 
 
 @pytest.mark.parametrize("crop", (False, True))

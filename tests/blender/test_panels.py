@@ -134,7 +134,7 @@ def test_settings_come_from_properties_one_to_one(scene):
     fields = set(RenderSettings.__dataclass_fields__)
     own = set(RestirSceneSettings.__annotations__)
     assert fields - own == {"film_transparent", "pass_alpha_threshold", "passes", "extra_transparent"}
-    assert own - fields == {"use_animated_seed", "is_initialized"}
+    assert own - fields == {"use_animated_seed", "is_initialized", "preview_samples", "preview_sss_method"}
     scene.restir.clamp_direct, scene.restir.pixel_filter, scene.restir.seed = 3.0, "BOX", 5
     scene.render.film_transparent, scene.frame_current = True, 4
     settings = render_settings(scene, bpy.context.view_layer)
