@@ -2,9 +2,11 @@
 
 from . import rng
 from .accumulate import add3, add_light, add_scattered, clamp_contribution
+from .guess import LATER, guess, learn
 from .jit import device, inlined
 from .lights import light_sample
 from .lobes import bsdf_eval, bsdf_has_eval
+from .lobes.closure import CLASS_GLOSSY, pass_class
 from .path_state import DIM_LIGHT, DIM_LIGHT_POINT, mis_weight, share
 from .records import (
     LIGHT_SAMPLE_DELTA,
@@ -13,10 +15,11 @@ from .records import (
     RAY_GLOSSY,
     RAY_TRANSMIT,
     SCRATCH_LIGHT_SAMPLE,
+    closure_at,
     light_sample_at,
 )
 from .shadow import transmittance
-from .vec import mul, scale, vec
+from .vec import is_black, mul, scale, vec
 
 LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
 
@@ -39,6 +42,17 @@ def lit_bsdf(scene, sp, wi, visibility):
 def lobe_sum(f):
     """The rgb that nine floats by class of lobes add up to."""
     return (f[0] + f[3] + f[6], f[1] + f[4] + f[7], f[2] + f[5] + f[8])
+
+
+@inlined
+def variate_class(sp):
+    """Nine floats as `add_direct` wants them, by which the variate of light tiles goes to one class of lobes.
+
+    Its mean is 0, so that any class will do, as long as the sample has no say in it.
+    """
+    glossy = 1.0 if pass_class(closure_at(sp.closures, 0).kind) == CLASS_GLOSSY else 0.0
+    d = 1.0 - glossy
+    return (d, d, d, glossy, glossy, glossy, 0.0, 0.0, 0.0)
 
 
 @inlined
@@ -79,9 +93,15 @@ def _add_light_sample(scene, integrator, film, scratch, path, sp, index, part):
     """Add the part of a light sample, that of an index of the path's random numbers."""
     u0 = rng.sample1(path.key, index & 0xFFFFFFFF, path.dimension + DIM_LIGHT)
     u1, u2 = rng.sample2(path.key, index & 0xFFFFFFFF, path.dimension + DIM_LIGHT_POINT)
-    if not light_sample(scene, sp, scratch, u1, u2, u0):
-        return
+    found = light_sample(scene, sp, scratch, u1, u2, u0)
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    variate = vec(ls.variate)
+    if not is_black(variate):
+        variate = mul(variate, vec(path.throughput))
+        variate = scale(variate, part * guess(path.guess, LATER))
+        add_direct(integrator, film, path, variate, variate_class(sp))
+    if not found:
+        return
     wi = vec(ls.wi)
     f, pdf = lit_bsdf(scene, sp, wi, ls.visibility)
     total = lobe_sum(f)
@@ -92,5 +112,7 @@ def _add_light_sample(scene, integrator, film, scratch, path, sp, index, part):
         weight *= mis_weight(ls.mis_pdf, pdf)
     c = mul(mul(scale(total, weight), vec(ls.radiance)), vec(path.throughput))
     if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
+        v = transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p))
+        learn(path.guess, LATER, v)
+        c = mul(c, v)
     add_direct(integrator, film, path, c, f)

@@ -225,6 +225,7 @@ LIGHT_SAMPLE = _record(
     "instance",  # of an emissive triangle
     "primitive",
     ("mis_pdf", 1),  # solid angle: what MIS weighs it by; pdf itself, but where it was resampled from a tile
+    ("variate", 3),  # of mean 0, to be added times a guess of V: all candidates of a tile less the chosen one
 )
 LIGHT_SAMPLE_DELTA = 1
 LIGHT_SAMPLE_NO_SHADOW = 2
@@ -268,28 +269,21 @@ LIGHT_TABLE = _record(
 # is that of the instance `source`, or one of:
 POINT_ON_LAMP, POINT_ON_WORLD, POINT_NOWHERE = -1, -2, -3
 
-TILE_ENTRY = np.dtype(  # such a point, and about what it sends out
+TILE_ENTRY = np.dtype(  # such a point; how it shines stands in the groups of kernels.lights.shine
     [
         ("source", np.int32),
         ("primitive", np.int32),
         ("u", np.float32),
         ("v", np.float32),
         ("pdf", np.float32),  # in the measure of points; 0: empty
-        ("shape", np.int32),  # SHAPE_*
-        ("p", np.float32, (3,)),  # world space
-        ("n", np.float32, (3,)),
-        ("power", np.float32, (3,)),  # intensity along n; SHAPE_DIRECTION: irradiance at normal incidence
-        ("focus", np.float32, (2,)),
     ]
 )
-# How a point shines: to all sides; by the cosine to n, to one side or both; the same through a grid (focus: tangent of
-# half the spread, normalisation); in a cone about n (focus: its cosine, steepness of the blend); from the direction p.
-SHAPE_BALL, SHAPE_FACE, SHAPE_TWO_SIDED, SHAPE_GRID, SHAPE_CONE, SHAPE_DIRECTION = 0, 1, 2, 3, 4, 5
 
 LIGHT_TILES = _record(
-    "entries",  # TILE_ENTRY [n_tiles, size]
+    "entries",  # TILE_ENTRY [n_tiles, groups, shine.LANES]
+    "shines",  # float32 [n_tiles, groups, shine.FIELDS, shine.LANES]
     "n_tiles",
-    "size",
+    "groups",  # of points in a tile
     "candidates",  # for each light sample
     "lamp_cdf",  # float64 [n_lights + 1], cumulated probabilities among lamps
     "code",  # of kernels.lights.tiles.sample_tiles
@@ -428,6 +422,7 @@ FILTER_TABLE_SIZE = 1025
 PATH = _record(
     "pixel",  # address of the pixel's floats in the film
     "key",  # of the random numbers
+    "guess",  # address of what kernels.guess keeps of the pixel; 0: nothing
     "sample",
     "flags",  # RAY_* bits of the current ray
     "bounce",
@@ -533,4 +528,5 @@ SCRATCH_SCATTER = SCRATCH_SHADOW_REGISTERS + 8 * MAX_REGISTERS  # what subsurfac
 SCRATCH_MEDIA = SCRATCH_SCATTER + 32768  # MEDIA of the path's point, and of the shadow ray's
 SCRATCH_SHADOW_MEDIA = SCRATCH_MEDIA + MEDIA.itemsize + MAX_MEDIA * MEDIUM.itemsize
 SCRATCH_SHADOW = SCRATCH_SHADOW_MEDIA + MEDIA.itemsize + MAX_MEDIA * MEDIUM.itemsize
-SCRATCH_BYTES = SCRATCH_SHADOW + 256
+SCRATCH_SHINE = SCRATCH_SHADOW + 256  # of a group of points of light tiles
+SCRATCH_BYTES = SCRATCH_SHINE + 1024

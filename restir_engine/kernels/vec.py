@@ -3,7 +3,7 @@
 import math
 
 from .jit import device, inlined
-from .memory import load_f32, load_f64, store_f64
+from .memory import load_f32, load_f64, store_f32, store_f64
 
 
 @device
@@ -136,6 +136,14 @@ def load3_f32(address, index):
 def load3_f64(address, offset):
     """Three float64 from element `offset` on."""
     return (load_f64(address, offset), load_f64(address, offset + 1), load_f64(address, offset + 2))
+
+
+@inlined
+def store3_f32(address, index, v):
+    """Write row `index` of a float32 array of triples."""
+    store_f32(address, 3 * index, v[0])
+    store_f32(address, 3 * index + 1, v[1])
+    store_f32(address, 3 * index + 2, v[2])
 
 
 @device

@@ -7,6 +7,7 @@ import weakref
 import numpy as np
 
 from ..kernels import records as rec
+from ..kernels.lights.shine import FIELDS, LANES
 from ..kernels.lights.tiles import fill_tiles, sample_tiles
 from ..kernels.memory import address
 
@@ -29,19 +30,27 @@ class LightTiles:
     """Makes a committed scene's light samples resampled ones, as long as this object lives and until `release`, after
     which light samples are drawn for their receivers again.
 
-    Before each frame all tiles are to be filled. A later commit of the scene needs another object.
+    `entries` are TILE_ENTRY (tiles, size), `shines` float32 (tiles, groups, shine.FIELDS, shine.LANES) of the same
+    points. Before each frame all tiles are to be filled. A later commit of the scene needs another object.
+
+    Raises ValueError where size is no multiple of LANES.
     """
 
     def __init__(self, scene, tiles: int = _MOST, size: int = SIZE, candidates: int = CANDIDATES) -> None:
         self.count = tiles
         self._scene = scene
-        self._entries = np.zeros(tiles * size, rec.TILE_ENTRY)
+        groups = size // LANES
+        if size % LANES or not groups:
+            raise ValueError(f"a tile's size must be a multiple of {LANES}, not {size}")
+        self.entries = np.zeros((tiles, size), rec.TILE_ENTRY)
+        self.shines = np.zeros((tiles, groups, FIELDS, LANES), np.float32)
         self._lamps = np.concatenate([[0.0], np.cumsum(scene.lights.weights)])
         if self._lamps[-1] > 0.0:
             self._lamps /= self._lamps[-1]
         self._record = np.zeros(1, rec.LIGHT_TILES)
         record = self._record[0]
-        record["entries"], record["n_tiles"], record["size"] = address(self._entries), tiles, size
+        record["entries"], record["shines"] = address(self.entries), address(self.shines)
+        record["n_tiles"], record["groups"] = tiles, groups
         record["candidates"] = min(candidates, size)
         record["lamp_cdf"] = address(self._lamps)
         record["code"] = sample_tiles.address
@@ -52,8 +61,3 @@ class LightTiles:
     def fill(self, seed: int, scratch: np.ndarray, first: int = 0, last: int | None = None) -> None:
         """Draw the points of tiles [first, last) for the frame of this seed; threads can share the tiles out."""
         fill_tiles(self._scene.record, address(scratch), seed, first, self.count if last is None else last)
-
-    @property
-    def entries(self) -> np.ndarray:
-        """TILE_ENTRY (tiles, size)."""
-        return self._entries.reshape(self.count, -1)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...kernels import rng
 from ...kernels.direct import LOBE_RAYS, lit_bsdf, lobe_sum
+from ...kernels.guess import FIRST, guess, learn
 from ...kernels.interaction import offset_origin, surface_point
 from ...kernels.intersect import intersect
 from ...kernels.jit import device, inlined, kernel
@@ -58,7 +59,7 @@ from ...kernels.records import (
     path_at,
 )
 from ...kernels.shader_vm import shader_eval
-from ...kernels.vec import max3, mul, normalize, vec
+from ...kernels.vec import madd, max3, mul, normalize, scale, store3_f32, vec
 from ...kernels.warp import octahedral
 from ...kernels.world import world_pdf
 from ..path import tile_point
@@ -146,14 +147,17 @@ def _keep(scratch, layers, keepers, source, primitive, u, v):
 
 @inlined
 def _light_candidates(scene, reuse, layers, scratch, path, sp):
-    """Stream light samples."""
+    """Stream light samples; the mean of their variates."""
     count = reuse_at(reuse, 0).candidates
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     key = rng.hash_combine(path.key, _CANDIDATES)
+    variate = (0.0, 0.0, 0.0)
     for i in range(count):
         index = (path.sample * count + i) & 0xFFFFFFFF
         u0, u1 = rng.sample2(key, index, _DIM_POINT)
-        if not light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT)):
+        found = light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT))
+        variate = madd(variate, vec(ls.variate), 1.0 / count)
+        if not found:
             continue
         f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
         ratio = pdf / (count * ls.mis_pdf) if _found_by_rays(scene, ls) else 0.0
@@ -162,6 +166,7 @@ def _light_candidates(scene, reuse, layers, scratch, path, sp):
         if keepers:
             source, primitive, x, y = point_of_sample(scene, sp, ls)
             _keep(scratch, layers, keepers, source, primitive, x, y)
+    return variate
 
 
 @device
@@ -278,6 +283,8 @@ def _settle(scene, integrator, reuse, layers, frame, scratch, pixel, sp, seed, l
                 if light_point(scene, sp, scratch, int(r.source), int(r.primitive), float(r.u), float(r.v)):
                     f = integrand(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0), _bsdf(stream))
                     v = visibility(scene, integrator, frame, scratch, pixel)
+                    if stream.bsdf_ratio > 0.0:
+                        learn(path_at(frame.paths, pixel).guess, FIRST, v)
                 known = layer
             light = _weigh(options, r, f, v, stream, last)
         store_light(frame, options, pixel, light)
@@ -316,11 +323,13 @@ def candidates_tile(scene, integrator, reuse, layers, frame, scratch, x0, y0, x1
             sp = point_at(frame, index)
             hit = hit_at(frame.hits, index)
             hit.instance = UNTRACED
+            store3_f32(frame.variates, index, (0.0, 0.0, 0.0))
             path = path_at(frame.paths, index)
             key = rng.hash_combine(path.key, _CANDIDATES)
             _start_streams(scratch, layers, rng.sample1(key, path.sample, _DIM_CHOICE))
             if sp.instance >= 0 and bsdf_has_eval(sp):
-                _light_candidates(scene, reuse, layers, scratch, path, sp)
+                variate = _light_candidates(scene, reuse, layers, scratch, path, sp)
+                store3_f32(frame.variates, index, scale(variate, guess(path.guess, FIRST)))
                 _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit)
             seed = rng.hash_combine(key, path.sample)
             _settle(scene, integrator, reuse, layers, frame, scratch, index, sp, seed, last)

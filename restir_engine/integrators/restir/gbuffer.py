@@ -1,6 +1,7 @@
 """The first step of a frame: each pixel's path up to the vertex that is lit by resampling."""
 
 from ...kernels import rng
+from ...kernels.guess import GUESS_BYTES
 from ...kernels.jit import device, inlined, kernel
 from ...kernels.lobes import bsdf_has_eval
 from ...kernels.lobes.closure import LOBE_SUBSURFACE
@@ -59,6 +60,7 @@ def gbuffer_tile(scene, camera, integrator, film, frame, pool, capacity, scratch
             for k in range(frame.channels):
                 store_f32(pixel, k, 0.0)
             start_path(camera, integrator, scratch, pixel, rng.key(integrator.seed, x, y, 0), sample, x, y)
+            path.guess = frame.guesses + GUESS_BYTES * index
             kept = shading_point_at(frame.points, index)
             kept.instance = -1
             if not _first_vertex(scene, camera, integrator, film, scratch, path, sp):

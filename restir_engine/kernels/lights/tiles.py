@@ -1,10 +1,11 @@
 """Light tiles: points of all lights, drawn by power once a frame, from which light samples are resampled.
 
-A tile is a list of TILE_ENTRY, stratified over the lights. A light sample takes `candidates` entries in a row from
-anywhere in any tile and chooses one by the light that it would send without shadow (RIS, algorithms of Talbot 2005 and
-Bitterli 2020; tiles: Wyman and Panteleev 2021). Its density is not known, only its contribution weight W, of
-expectation 1 / density: `ls.pdf` becomes 1 / W. What MIS weighs it by is the number of candidates times the density by
-which tiles draw the point, and the same for light that a ray of the BSDF finds (Lin et al. 2026, RIS-based NEE).
+A tile is a list of TILE_ENTRY, stratified over the lights, in groups of `shine.LANES`. A light sample takes
+`candidates` entries from the start of any group on and chooses one by about the light that it would send without
+shadow (RIS, algorithms of Talbot 2005 and Bitterli 2020; tiles: Wyman and Panteleev 2021). Its density is not known,
+only its contribution weight W, of expectation 1 / density: `ls.pdf` becomes 1 / W. What MIS weighs it by is the number
+of candidates times the density by which tiles draw the point, and the same for light that a ray of the BSDF finds (Lin
+et al. 2026, RIS-based NEE).
 
 Densities are in the measure of `places` unless solid angle is said.
 """
@@ -12,11 +13,9 @@ Densities are in the measure of `places` unless solid angle is said.
 import math
 
 from .. import rng
-from ..emission import luminance, off_surface, run_emission, shadow_point, world_point
+from ..emission import off_surface, run_emission, shadow_point, world_point
 from ..interaction import surface_point
 from ..jit import device, entry, inlined, kernel
-from ..lobes import bsdf_eval
-from ..lobes.closure import LOBE_LAMBERT
 from ..memory import load_f32, load_f64, load_i32
 from ..records import (
     LIGHT_AREA,
@@ -30,13 +29,7 @@ from ..records import (
     POINT_ON_WORLD,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_POINT,
-    SHAPE_BALL,
-    SHAPE_CONE,
-    SHAPE_DIRECTION,
-    SHAPE_FACE,
-    SHAPE_GRID,
-    SHAPE_TWO_SIDED,
-    closure_at,
+    SCRATCH_SHINE,
     emitter_at,
     emitter_group_at,
     light_at,
@@ -49,25 +42,35 @@ from ..records import (
     tile_entry_at,
     world_table_at,
 )
-from ..vec import add, cross, dot, length, madd, mul, neg, normalize, put, scale, sub, vec
+from ..vec import add, cross, length, madd, mul, neg, normalize, put, scale, sub, vec
 from ..warp import alias_pick, cone_at, disk, octahedral
 from ..world import draw_world
 from .area import normal_of
 from .ball import spot_axis
 from .places import light_point
+from .receiver import receiver_of
 from .select import lamp_share
+from .shine import (
+    GROUP_BYTES,
+    LANES,
+    put_ball,
+    put_chance,
+    put_cone,
+    put_direction,
+    put_face,
+    put_grid,
+    put_power,
+    shine_diffuse,
+    shine_glossy,
+    shine_pick,
+    shine_sum,
+)
 from .sun import sun_direction
 from .triangle import even_barycentrics, triangle_vertices
 
 # What a light whose emission varies is taken to send at least, beside what it shows at the point that was drawn: its
 # emission may depend on the direction, and what may light a point must be chosen sometimes.
 _UNSEEN, _LEAST = 0.05, 1e-6
-
-# The same of a lamp with a size, which is weighed by its centre: share of a lamp behind the surface, outside its cone.
-_BEHIND = 0.02
-
-# What receives light: a Lambert lobe alone, for which a cosine is enough; any lobes; a point of a medium.
-_LAMBERT, _LOBES, _VOLUME = 0, 1, 2
 
 
 # Drawing ------------------------------------------------------------------------------------------------
@@ -79,23 +82,28 @@ def fill_tiles(scene, scratch, seed, first, last):
     table = light_table_at(scene.light_table, 0)
     tiles = light_tiles_at(table.tiles, 0)
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    size = tiles.groups * LANES
     for tile in range(first, last):
         key = rng.key(seed, tile, 0, 0)
-        for i in range(tiles.size):
-            e = tile_entry_at(tiles.entries, tile * tiles.size + i)
+        for i in range(size):
+            e = tile_entry_at(tiles.entries, tile * size + i)
             e.pdf = 0.0
             e.primitive = POINT_NOWHERE
+            shines = tiles.shines + GROUP_BYTES * (tile * tiles.groups + i // LANES)
+            lane = i % LANES
             u = rng.sample1(key, i, 0)
             u0, u1 = rng.sample2(key, i, 1)
             if u < table.lamps:
-                _draw_lamp(scene, tiles, sp, scratch, u / table.lamps, u0, u1, e)
+                _draw_lamp(scene, tiles, sp, scratch, u / table.lamps, u0, u1, e, shines, lane)
                 e.pdf *= table.lamps
             elif u < table.lamps + table.triangles:
-                _draw_triangle(scene, table, sp, scratch, (u - table.lamps) / table.triangles, u0, u1, e)
+                _draw_triangle(scene, table, sp, scratch, (u - table.lamps) / table.triangles, u0, u1, e, shines, lane)
                 e.pdf *= table.triangles
             elif table.world > 0.0:
-                _draw_world(scene, sp, scratch, (u - table.lamps - table.triangles) / table.world, u0, u1, e)
+                u = (u - table.lamps - table.triangles) / table.world
+                _draw_world(scene, sp, scratch, u, u0, u1, e, shines, lane)
                 e.pdf *= table.world
+            put_chance(shines, lane, e.pdf)
 
 
 @device
@@ -113,14 +121,12 @@ def _lamp_at(cdf, n, u):
 
 
 @device
-def _draw_lamp(scene, tiles, sp, scratch, u, u0, u1, e):
+def _draw_lamp(scene, tiles, sp, scratch, u, u0, u1, e, shines, lane):
     i = _lamp_at(tiles.lamp_cdf, scene.n_lights, u)
     light = light_at(scene.lights, i)
     e.source = i
     e.primitive = POINT_ON_LAMP
     e.pdf = lamp_share(tiles, i)
-    e.focus[0] = 0.0
-    e.focus[1] = 0.0
     x, y = disk(u0, u1)
     p = vec(light.center)
     n = (0.0, 0.0, 0.0)
@@ -130,46 +136,36 @@ def _draw_lamp(scene, tiles, sp, scratch, u, u0, u1, e):
         if light.flags & LIGHT_DELTA == 0:
             p = cone_at(p, light.p[3], x, y)
             size = 2.0 * math.pi * light.p[3]
-        e.shape = SHAPE_DIRECTION
+        put_direction(shines, lane, p)
     elif light.kind == LIGHT_AREA:
         n = normal_of(light)
         if light.flags & LIGHT_DELTA:
             p = neg(n)
-            e.shape = SHAPE_DIRECTION
+            put_direction(shines, lane, p)
         else:
             ellipse = light.flags & LIGHT_ELLIPSE != 0
             x, y = (0.5 + 0.5 * x, 0.5 + 0.5 * y) if ellipse else (u0, u1)
             size = light.p[3] * light.p[7] * (0.25 * math.pi if ellipse else 1.0)
             p = madd(p, (light.p[0], light.p[1], light.p[2]), (x - 0.5) * light.p[3])
             p = madd(p, (light.p[4], light.p[5], light.p[6]), (y - 0.5) * light.p[7])
-            e.shape = SHAPE_GRID if light.p[12] > 0.0 else SHAPE_FACE
-            e.focus[0] = light.p[11]
-            e.focus[1] = light.p[12]
+            if light.p[12] > 0.0:
+                put_grid(shines, lane, p, n, light.p[11], light.p[12])
+            else:
+                put_face(shines, lane, p, n, 0.0)
     else:
         if light.flags & LIGHT_DELTA == 0:
             size = math.pi * light.radius * light.radius
-        e.shape = SHAPE_BALL
-        e.focus[0] = light.radius
         if light.kind == LIGHT_SPOT:
             n = spot_axis(light)
-            e.shape = SHAPE_CONE
-            e.focus[0] = 1.0 - light.p[2]
-            e.focus[1] = light.p[1]
+            put_cone(shines, lane, p, n, light.radius, 1.0 - light.p[2], light.p[1])
+        else:
+            put_ball(shines, lane, p, light.radius)
     e.u = x
     e.v = y
-    put(e.p, p)
-    put(e.n, n)
     power = scale(vec(light.strength), size)
     if light.material >= 0:
         power = mul(power, _lamp_color(scene, sp, scratch, i, light, p, n, x, y))
-    _put_power(e, power)
-
-
-@inlined
-def _put_power(e, power):
-    e.power[0] = abs(power[0])
-    e.power[1] = abs(power[1])
-    e.power[2] = abs(power[2])
+    put_power(shines, lane, power)
 
 
 @device
@@ -195,7 +191,7 @@ def _at_least(emission, estimate):
 
 
 @device
-def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e):
+def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, shines, lane):
     i, u = alias_pick(table.emitter_alias, table.n_emitters, u)
     emitter = emitter_at(table.emitters, i)
     group = emitter_group_at(table.groups, emitter.group)
@@ -213,9 +209,7 @@ def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e):
     e.u = x
     e.v = y
     e.pdf = emitter.probability * load_f32(group.probabilities, primitive)
-    e.shape = SHAPE_TWO_SIDED
-    put(e.p, madd(madd(a, sub(b, a), x), sub(c, a), y))
-    put(e.n, n)
+    put_face(shines, lane, madd(madd(a, sub(b, a), x), sub(c, a), y), n, 1.0)
     point = shadow_point(scratch, sp)
     aside = madd(n, normalize(sub(b, a)), 0.7)  # not straight on, where some emission ends
     surface_point(scene, point, emitter.instance, primitive, x, y, 1.0, neg(normalize(aside)))
@@ -226,110 +220,77 @@ def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e):
         point = shadow_point(scratch, sp)
         surface_point(scene, point, emitter.instance, primitive, x, y, 1.0, normalize(aside))
         estimate = _at_least(scale(add(front, run_emission(scene, point)), 0.5), estimate)
-    _put_power(e, scale(estimate, 0.5 * size))
+    put_power(shines, lane, scale(estimate, 0.5 * size))
 
 
 @device
-def _draw_world(scene, sp, scratch, u, u0, u1, e):
+def _draw_world(scene, sp, scratch, u, u0, u1, e, shines, lane):
     d, pdf = draw_world(world_table_at(scene.world_table, 0), u0, u1, u)
     e.source = 0
     e.primitive = POINT_ON_WORLD
     e.u, e.v = octahedral(d)
     e.pdf = pdf
-    e.shape = SHAPE_DIRECTION
-    put(e.p, d)
-    put(e.n, neg(d))
+    put_direction(shines, lane, d)
     point = shadow_point(scratch, sp)
     world_point(scene, point, d)
-    _put_power(e, _at_least(run_emission(scene, point), (0.0, 0.0, 0.0)))
+    put_power(shines, lane, _at_least(run_emission(scene, point), (0.0, 0.0, 0.0)))
 
 
 # Choosing -----------------------------------------------------------------------------------------------
 
 
 @inlined
-def _arrival(e, o):
-    """(direction to an entry, irradiance at normal incidence at o by its power)."""
-    if e.shape == SHAPE_DIRECTION:
-        return vec(e.p), 1.0
-    w = sub(vec(e.p), o)
-    d2 = dot(w, w)
-    if d2 <= 0.0:
-        return w, 0.0
-    d = scale(w, 1.0 / math.sqrt(d2))
-    if e.shape == SHAPE_BALL:
-        return d, 1.0 / max(d2, e.focus[0] * e.focus[0])
-    cos = -dot(vec(e.n), d)
-    if e.shape == SHAPE_TWO_SIDED:
-        return d, abs(cos) / d2
-    if e.shape == SHAPE_CONE:
-        f = min(max((cos - e.focus[0]) * e.focus[1], 0.0), 1.0)
-        return d, max(f * f * (3.0 - 2.0 * f), _BEHIND) / d2
-    if cos <= 0.0:
-        return d, 0.0
-    if e.shape == SHAPE_GRID:
-        return d, cos * max((e.focus[0] - math.sqrt(max(1.0 - cos * cos, 0.0)) / cos) * e.focus[1], 0.0) / d2
-    return d, cos / d2
-
-
-@inlined
-def _response(sp):
-    if sp.n_closures == 0:
-        return _VOLUME
-    return _LAMBERT if sp.n_closures == 1 and closure_at(sp.closures, 0).kind == LOBE_LAMBERT else _LOBES
-
-
-@inlined
-def unshadowed(scene, sp, e, response):
-    """The target: about the luminance that an entry sends through sp without shadow; 0 only where there is none.
-
-    response: what receives the light, `_response(sp)`.
-    """
-    d, arriving = _arrival(e, vec(sp.p))
-    if arriving <= 0.0:
-        return 0.0
-    if response == _VOLUME:
-        return luminance(e.power[0], e.power[1], e.power[2]) * arriving
-    loose = e.shape == SHAPE_BALL or e.shape == SHAPE_CONE
-    if response == _LAMBERT:
-        c = closure_at(sp.closures, 0)
-        cos = max(dot(vec(c.n), d), _BEHIND if loose else 0.0) * arriving
-        return luminance(c.weight[0] * e.power[0], c.weight[1] * e.power[1], c.weight[2] * e.power[2]) * cos
-    dr, dg, db, gr, gg, gb, tr, tg, tb, _ = bsdf_eval(scene, sp, d)
-    f = (dr + gr + tr, dg + gg + tg, db + gb + tb)
-    if loose:
-        f = add(f, (_BEHIND, _BEHIND, _BEHIND))
-    return luminance(f[0] * e.power[0], f[1] * e.power[1], f[2] * e.power[2]) * arriving
+def _sent(out, lane):
+    """What a lane sends: rgb, luminance."""
+    color = (load_f64(out, lane), load_f64(out, LANES + lane), load_f64(out, 2 * LANES + lane))
+    return color, load_f64(out, 3 * LANES + lane)
 
 
 @device
-def choose_entry(scene, sp, u0, u1, u2):
-    """(index of an entry or -1, its contribution weight W) for sp; u1 and u2 say where candidates are, u0 chooses."""
+def choose_entry(scene, scratch, sp, u0, u1, u2):
+    """(index of an entry or -1, contribution weight W by its target, target, variate) for sp.
+
+    u1 and u2 say in which group candidates begin, u0 chooses. The variate (rgb) is what all candidates send, on the
+    mean, less what the chosen one stands for: its expectation is 0, and its luminance always.
+    """
     tiles = light_tiles_at(light_table_at(scene.light_table, 0).tiles, 0)
-    start = min(int(u1 * tiles.n_tiles), tiles.n_tiles - 1) * tiles.size
-    at = min(int(u2 * tiles.size), tiles.size - 1)
-    response = _response(sp)
+    start = min(int(u1 * tiles.n_tiles), tiles.n_tiles - 1) * tiles.groups
+    at = min(int(u2 * tiles.groups), tiles.groups - 1)
+    receiver = receiver_of(sp)
+    glossy = receiver.gloss_scale > 0.0
+    o = vec(sp.p)
+    out = scratch + SCRATCH_SHINE
     total = 0.0
     chosen = -1
-    target = 0.0
-    for _ in range(tiles.candidates):
-        e = tile_entry_at(tiles.entries, start + at)
-        if e.pdf > 0.0:
-            t = unshadowed(scene, sp, e, response)
-            if t > 0.0:
-                w = t / e.pdf
-                total += w
-                p = w / total
-                if u0 < p:
-                    chosen = start + at
-                    target = t
-                    u0 /= p
-                else:
-                    u0 = min((u0 - p) / (1.0 - p), 0.99999999)
+    weight = 0.0
+    mean = color = (0.0, 0.0, 0.0)
+    left = tiles.candidates
+    while left > 0:
+        group = tiles.shines + GROUP_BYTES * (start + at)
+        if glossy:
+            shine_glossy(group, o, receiver, out)
+        else:
+            shine_diffuse(group, o, receiver, out)
+        n = min(left, LANES)
+        c, w = shine_sum(out, n)
+        if w > 0.0:
+            total += w
+            p = w / total
+            mean = add(mean, c)
+            if u0 < p:
+                lane, u0 = shine_pick(out, n, u0 / p * w)
+                chosen = LANES * (start + at) + lane
+                color, weight = _sent(out, lane)
+            else:
+                u0 = min((u0 - p) / (1.0 - p), 0.99999999)
+        left -= LANES
         at += 1
-        if at == tiles.size:
+        if at == tiles.groups:
             at = 0
-    return chosen, total / (tiles.candidates * target) if chosen >= 0 else 0.0
+    if chosen < 0:
+        return -1, 0.0, mean
+    s = 1.0 / tiles.candidates
+    return chosen, total / weight * s, scale(madd(mean, color, -total / weight), s)
 
 
 @entry
@@ -338,14 +299,16 @@ def sample_tiles(scene, sp, scratch, _a, _b):
     scene = scene_at(scene, 0)
     sp = shading_point_at(sp, 0)
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    chosen, weight = choose_entry(scene, sp, float(ls.uv[0]), float(ls.uv[1]), ls.distance)
+    chosen, weight, variate = choose_entry(scene, scratch, sp, float(ls.uv[0]), float(ls.uv[1]), ls.distance)
     ls.pdf = 0.0
-    if chosen < 0 or weight <= 0.0:
+    put(ls.variate, variate)
+    if chosen < 0:
         return
     tiles = light_tiles_at(light_table_at(scene.light_table, 0).tiles, 0)
     e = tile_entry_at(tiles.entries, chosen)
     if not light_point(scene, sp, scratch, int(e.source), int(e.primitive), float(e.u), float(e.v)):
         ls.pdf = 0.0
         return
+    # The point's own contribution weight by `places` is `weight` / e.pdf.
     ls.mis_pdf = tiles.candidates * e.pdf * ls.pdf
-    ls.pdf /= weight
+    ls.pdf *= e.pdf / weight
