@@ -41,8 +41,9 @@ def cancelled(scene, monkeypatch, step: str, frame: int) -> Session:
     session = Session(scene, RenderSettings(samples=8, threads=1, **REUSE))
     original = getattr(RestirIntegrator, step)
 
-    def run(self, tile, scratch):
-        original(self, tile, scratch)
+    def run(self, *args):
+        original(self, *args)
+        tile = args[-2]
         if self._sample == frame and tile[2]:
             session.cancel()
             time.sleep(3.0 * sessions.POLL)  # which the session notices before the next tile
