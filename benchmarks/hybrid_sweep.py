@@ -78,7 +78,7 @@ def rows(bodies, lengths, lights, samples: int, entry: str):
 
 
 def summary(found: list[dict]) -> str:
-    """A Markdown table: bias and block error by body, light and length, geometric means over the albedos."""
+    """A Markdown table: the worst bias over the albedos, means of block error and FLIP, by body, light and length."""
     lines = ["| body | light | mfp / size | " + " | ".join(f"{m} bias | block error | FLIP" for m in METHODS) + " |"]
     lines.append("|" + "---|" * (3 + 3 * len(METHODS)))
     for body, light, mfp in sorted({(r["body"], r["light"], r["mfp"]) for r in found}):
@@ -92,30 +92,57 @@ def summary(found: list[dict]) -> str:
     return "\n".join(lines)
 
 
+def averages(found: list[dict]) -> str:
+    """A Markdown table: block error and mean size of the bias by length, means over bodies, lights and albedos."""
+    lines = [
+        "| mfp / size | " + " | ".join(f"{m} | bias" for m in METHODS) + " |",
+        "|" + "---|" * (1 + 2 * len(METHODS)),
+    ]
+    for mfp in sorted({r["mfp"] for r in found}):
+        cells = [f"{mfp:g}"]
+        for method in METHODS:
+            own = [r for r in found if (r["mfp"], r["method"]) == (mfp, method)]
+            cells += [
+                f"{np.mean([r['block'] for r in own]):.4f}",
+                f"{100 * np.mean([abs(r['bias']) for r in own]):.0f} %",
+            ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
 def plot(found: list[dict]) -> str:
-    """SVG: block error over mean free path / size, geometric means over bodies, lights and albedos, for each method."""
+    """SVG: block error over mean free path / size, means over bodies, lights and albedos, for each method."""
     lengths = sorted({r["mfp"] for r in found})
-    low, high, width, height = -4.5, -0.5, 520, 300
+    low, high, left, top, width, height = -4.5, 0.0, 64, 34, 440, 260
 
-    def place(length: float, error: float) -> str:
-        x = 60 + (width - 80) * np.log(length / lengths[0]) / max(np.log(lengths[-1] / lengths[0]), 1e-9)
-        return f"{x:.1f},{20 + (height - 60) * (high - np.log10(error)) / (high - low):.1f}"
+    def place(length: float, error: float) -> tuple[float, float]:
+        x = np.log(length / lengths[0]) / max(np.log(lengths[-1] / lengths[0]), 1e-9)
+        return left + width * x, top + height * (high - np.log10(max(error, 10.0**low))) / (high - low)
 
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif"']
-    parts.append('font-size="12"><rect width="100%" height="100%" fill="white"/>')
-    for power in range(-4, 0):
-        x, y = place(lengths[0], 10.0**power).split(",")
-        parts.append(f'<path d="M{x},{y}H{width - 20}" stroke="#ddd"/><text x="8" y="{y}">1e{power}</text>')
+    def text(x: float, y: float, words: str, anchor: str = "middle", more: str = "") -> str:
+        return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" {more}>{words}</text>'
+
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{left + width + 24}" height="{top + height + 46}"']
+    parts.append('font-family="sans-serif" font-size="12"><rect width="100%" height="100%" fill="white"/>')
+    for power in range(-4, 1):
+        y = place(lengths[0], 10.0**power)[1]
+        parts.append(
+            f'<path d="M{left},{y:.1f}h{width}" stroke="#ddd"/>{text(left - 8, y + 4, f"{10.0**power:g}", "end")}'
+        )
     for length in lengths:
-        x = place(length, 0.1).split(",")[0]
-        parts.append(f'<text x="{x}" y="{height - 20}" text-anchor="middle">{length:g}</text>')
+        x = place(length, 1.0)[0]
+        parts.append(f'<path d="M{x:.1f},{top}v{height}" stroke="#eee"/>{text(x, top + height + 16, f"{length:g}")}')
     for k, (method, color) in enumerate(zip(METHODS, ("#c33", "#d90", "#26a"), strict=True)):
-        own = {n: [r["block"] for r in found if (r["mfp"], r["method"]) == (n, method)] for n in lengths}
-        points = " ".join(place(n, float(np.exp(np.mean(np.log(own[n]))))) for n in lengths)
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="2"/>')
-        parts.append(f'<text x="{80 + 130 * k}" y="14" fill="{color}">{method}</text>')
-    parts.append(f'<text x="{width // 2}" y="{height - 4}" text-anchor="middle">mean free path / size</text></svg>')
-    return "\n".join(parts) + "\n"
+        points = []
+        for n in lengths:
+            points.append(place(n, np.mean([r["block"] for r in found if (r["mfp"], r["method"]) == (n, method)])))
+        line = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
+        parts.append(f'<polyline points="{line}" fill="none" stroke="{color}" stroke-width="2"/>')
+        parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{color}"/>' for x, y in points]
+        parts.append(text(left + 130 * k, 20, method, "start", f'fill="{color}" font-weight="bold"'))
+    parts.append(text(left + width / 2, top + height + 36, "mean free path / size"))
+    parts.append(text(14, top + height / 2, "block error", more=f'transform="rotate(-90 14 {top + height / 2})"'))
+    return "\n".join(parts) + "</svg>\n"
 
 
 def main() -> None:
@@ -135,7 +162,7 @@ def main() -> None:
             asked.out.write_text(json.dumps(found))
     if asked.plot:
         asked.plot.write_text(plot(found))
-    print(summary(found))
+    print(averages(found), summary(found), sep="\n\n")
     for method in METHODS:
         print(
             method,

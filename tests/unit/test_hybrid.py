@@ -8,7 +8,7 @@ from scipy.special import expn
 from test_diffusion_probe import icosphere, sheets
 from test_slabs import COSINES, DIFFUSE
 
-from restir_engine.kernels.diffusion.slabs import albedo_of, single
+from restir_engine.kernels.diffusion.slabs import albedo_of, ball, single
 from restir_engine.scene.lamps import area_lamp
 
 BALL = Mesh(*icosphere(1.0))
@@ -63,6 +63,15 @@ def test_straight_light_through_a_ball(tau):
     """2 (1 - (1 + τ) e^-τ) / τ² for an optical diameter of τ."""
     found = furnace(BALL, subsurface_program(0.5, 2.0 / tau, entry="DIFFUSE"))
     near(found[BOUNDARY], 2.0 * (1.0 - (1.0 + tau) * np.exp(-tau)) / tau**2, 3e-3)
+
+
+@pytest.mark.parametrize("alpha", [0.7, 0.97])
+def test_ball_in_an_even_sky(alpha):
+    """What scatters twice and more comes out of balls of 2, 8 and 20 mean free paths' diameter as in random walks."""
+    lengths = np.array([1.0, 0.25, 0.1])
+    found = furnace(BALL, subsurface_program(color_of(alpha), lengths, entry="DIFFUSE"), 128)
+    expected = [ball(2.0 / x, np.sqrt([1.0 - alpha]), 200_000)[0] for x in lengths]
+    near(found[MULTIPLE], expected, 0.015 * np.array(expected) + 1e-3)
 
 
 @pytest.mark.parametrize("g", [0.0, 0.6])

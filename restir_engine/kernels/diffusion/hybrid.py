@@ -6,9 +6,9 @@ half space returns what it does for that direction of entry.
 
 The profile knows nothing of the object's thickness, which is not in the paper. Where that is asked for, its parts on
 the near and on the far side are scaled by what a slab of the local thickness reflects and transmits, and are as wide as
-what it spreads. A point that faces the same way lies on the near side, one that faces the opposite way on the far one,
-and the share of the latter in between is the square of half of one less the normals' cosine. The thickness is found by
-the boundary's ray.
+what it spreads; both by what a ball returns beside that, as far as the object is round. A point that faces the same way
+lies on the near side, one that faces the opposite way on the far one, and the share of the latter in between is the
+square of half of one less the normals' cosine. Thickness and roundness are found by the boundary's ray.
 """
 
 import math
@@ -33,7 +33,7 @@ from ..records import (
 )
 from ..scatter_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
 from ..vec import dot, load3_f64, madd, max3, mul, neg, scale, vec
-from .albedo import similar, single_albedo, slab_albedos, spread_scales, total_albedo
+from .albedo import shape_factors, similar, single_albedo, slab_albedos, total_albedo
 from .diffusion import channel_shares, probe_around
 from .exits import amount, exit_at, light_exits, put_exit
 from .medium import channels, far_share, multiple_shape, profile_scales
@@ -59,17 +59,18 @@ def first_hit(scene, scratch, sp, o, d):
 
 @device
 def _thickness(scene, sp, d, mu, t, primitive, u, v):
-    """How thick the object is below `sp`: exactly that of a slab and of a ball, whatever the boundary's ray along d.
+    """(thickness, roundness) of the object below `sp`: exact for a slab and for a ball, whatever the ray along d.
 
-    The ray has met the triangle at t. Between parallel faces the thickness is t mu; in a ball it is t / mu, and the
-    normals' angle tells the two apart: half of one less their cosine is 1 between parallel faces, mu² in a ball.
+    The boundary's ray has met the triangle at t. Between parallel faces the thickness is t mu, in a ball it is t / mu;
+    half of one less the normals' cosine is 1 between parallel faces, mu² in a ball. Roundness is 0 and 1.
     """
     if primitive < 0:
-        return FAR
+        return FAR, 0.0
     _, n = triangle_point(scene, sp.instance, primitive, u, v)
     if dot(n, d) < 0.0:
         n = neg(n)
-    return t * mu / max(0.5 - 0.5 * dot(n, vec(sp.ng)), 1.0e-6)
+    away = 0.5 - 0.5 * dot(n, vec(sp.ng))
+    return t * mu / max(away, 1.0e-6), min(max(1.0 - away, 0.0) / max(1.0 - mu * mu, 1.0e-6), 1.0)
 
 
 @inlined
@@ -139,7 +140,7 @@ def _single(scene, scratch, path, sp, o, d, thickness, weight, sigma_t, alpha, g
 
 
 @device
-def _sides(table, sigma_t, alpha, g, mu, thickness, aware):
+def _sides(table, sigma_t, alpha, g, mu, thickness, roundness, aware):
     """One channel's (M, near, far, wide near, wide far).
 
     M: the part of the light that a half space returns after two scatterings and more; factors of the profile, and of
@@ -152,11 +153,13 @@ def _sides(table, sigma_t, alpha, g, mu, thickness, aware):
     d, d0, share = profile_scales(sigma_t, alpha, g)
     b = sigma_t * (1.0 - g * alpha) * thickness
     reflected, transmitted = slab_albedos(table, s, g, mu, b)
-    wide_near, wide_far = spread_scales(table, s, b)
+    wide_near, wide_far, ball = shape_factors(table, s, b)
     beyond = multiple * far_share(thickness, wide_far * d, wide_far * d0, share)
     far = min(transmitted / max(beyond, 1.0e-30), _MOST)
     # What the profile cannot bring to the far side stays on the near one: a thick slab is a half space.
-    return multiple, (reflected + transmitted - far * beyond) / multiple, far, wide_near, wide_far
+    near = (reflected + transmitted - far * beyond) / multiple
+    form = 1.0 + roundness * (ball - 1.0)
+    return multiple, form * near, form * far, wide_near, wide_far
 
 
 @inlined
@@ -166,12 +169,12 @@ def _sampled(near, far):
 
 
 @device
-def _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, thickness):
+def _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, thickness, roundness):
     """Make exits of the probe's hits, weighted by what scatters twice and more; how many."""
     albedos, aware = load_i64(table, ALBEDOS), load_i64(table, FLAGS) & THICKNESS_AWARE != 0
-    m0, n0, f0, a0, b0 = _sides(albedos, sigma_t[0], alpha[0], g, mu, thickness, aware)
-    m1, n1, f1, a1, b1 = _sides(albedos, sigma_t[1], alpha[1], g, mu, thickness, aware)
-    m2, n2, f2, a2, b2 = _sides(albedos, sigma_t[2], alpha[2], g, mu, thickness, aware)
+    m0, n0, f0, a0, b0 = _sides(albedos, sigma_t[0], alpha[0], g, mu, thickness, roundness, aware)
+    m1, n1, f1, a1, b1 = _sides(albedos, sigma_t[1], alpha[1], g, mu, thickness, roundness, aware)
+    m2, n2, f2, a2, b2 = _sides(albedos, sigma_t[2], alpha[2], g, mu, thickness, roundness, aware)
     near, far, wide_near, wide_far = (n0, n1, n2), (f0, f1, f2), (a0, a1, a2), (b0, b1, b2)
     full = mul(weight, (m0, m1, m2))
     if not max3(full) > 0.0:
@@ -221,8 +224,8 @@ def hybrid(scene, integrator, film, scratch, _):
     o = vec(sp.p)
     mu = -dot(d, vec(sp.ng))
     t, primitive, u, v = first_hit(scene, scratch, sp, o, d)
-    thickness = _thickness(scene, sp, d, mu, t, primitive, u, v)
-    n = _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, thickness)
+    thickness, roundness = _thickness(scene, sp, d, mu, t, primitive, u, v)
+    n = _multiple(scene, table, scratch, path, sp, weight, sigma_t, alpha, g, mu, thickness, roundness)
     analog = load_i64(table, FLAGS) & ANALOG_ESCAPE != 0
     n += _single(scene, scratch, path, sp, o, d, t, weight, sigma_t, alpha, g, analog, exit_at(scratch, n))
     if primitive >= 0:

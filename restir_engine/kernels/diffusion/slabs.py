@@ -5,7 +5,9 @@ too thin to scatter twice is doubled until nothing comes through it any more. Bo
 is Henyey and Greenstein's. A row of `total` and `single` belongs to a half space, one of `reflected` and `transmitted`
 to a slab; all are parts of the light that enters along one direction. Of `transmitted` the logarithm is kept.
 `near` and `far` are factors of the profile's scale with which it spreads that light as far to the side as it is in an
-isotropic slab, on the side where it entered and on the other.
+isotropic slab, on the side where it entered and on the other. `round` is what a ball returns after two isotropic
+scatterings and more, over what HYBRID with the tables above makes of it, both under even light and diffuse entry: a
+ball is not a slab as thick as it, and not a half space either however dense it is.
 
 Axes: s = √(1 - α*), α* = (1 - g) α / (1 - g α) being the albedo of the isotropic medium that is similar; g; the cosine
 of the direction of entry; and for slabs the optical thickness σ_t (1 - g α) thickness, in powers of √2.
@@ -26,12 +28,13 @@ S = np.linspace(0.0, 1.0, 17)
 G = np.linspace(-0.9, 0.9, 13)
 MU = np.square(np.linspace(0.0, 1.0, 7))
 THICKNESS = 2.0 ** np.arange(-4, 5.25, 0.5)
-NAMES = ("total", "single", "reflected", "transmitted", "near", "far")
+NAMES = ("total", "single", "reflected", "transmitted", "near", "far", "round")
+_MOST = 64.0  # far light over that of the profile, as HYBRID bounds it
 
 
 @cache
 def slab_tables() -> np.ndarray:
-    """All tables behind one another, float32: [S, G, MU], [G, MU], 2 × [S, G, MU, THICKNESS], 2 × [S, THICKNESS]."""
+    """All tables behind one another, float32: [S, G, MU], [G, MU], 2 × [S, G, MU, THICKNESS], 3 × [S, THICKNESS]."""
     with np.load(_FILE) as data:
         return np.concatenate([data[name].ravel() for name in NAMES]).astype(np.float32)
 
@@ -158,6 +161,74 @@ def _scale(target: float, s: float, thickness: float) -> float:
     return np.sqrt(low * high)
 
 
+def ball(diameter: float, s: np.ndarray, photons: int, seed: int = 1) -> np.ndarray:
+    """The part [s] of even light that a ball returns after two isotropic scatterings and more; diffuse entry.
+
+    Random walks without absorption, weighted for every albedo at once.
+    """
+    random = np.random.default_rng(seed)
+    alpha, total = 1.0 - np.square(s), np.zeros(len(s))
+    x, cosine, events = np.zeros((3, photons)), -np.sqrt(random.random(photons)), 0
+    x[2] = 0.5 * diameter
+    while x.shape[1]:
+        azimuth, sine = 2.0 * np.pi * random.random(len(cosine)), np.sqrt(1.0 - cosine**2)
+        d = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine])
+        y = x + d * -np.log1p(-random.random(len(cosine)))
+        inside = np.square(y).sum(axis=0) < 0.25 * diameter**2
+        if events >= 2:
+            total += alpha**events * (~inside).sum()
+        x = y[:, inside]
+        cosine, events = 2.0 * random.random(x.shape[1]) - 1.0, events + 1
+    return total / photons
+
+
+def roundness(tables: dict[str, np.ndarray], photons: int = 400_000) -> np.ndarray:
+    """The table `round` [S, THICKNESS] from the others; for α = 0, what it is for the smallest α.
+
+    On a ball of diameter b the area within a chord r is π r², and the far side's share of a point is (r / b)⁴.
+    """
+    mu, weight = (0.5 * (x + 1.0) for x in np.polynomial.legendre.leggauss(24))
+    weight = 2.0 * (weight - 0.5) * mu
+    isotropic = int(np.argmin(np.abs(G)))
+
+    def entered(table: np.ndarray) -> np.ndarray:
+        return np.array([np.interp(np.sqrt(mu), np.sqrt(MU), row) for row in table.reshape(-1, len(MU))])
+
+    result = np.ones((len(S), len(THICKNESS)))
+    once = entered(tables["single"][isotropic])[0]
+    for k, b in enumerate(THICKNESS):
+        truth = ball(b, S, photons)
+        r = (np.arange(4000) + 0.5) / 4000 * b
+        for i, s in enumerate(S[:-1]):
+            albedo = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
+            d, share = (
+                1.0 / (1.9 - albedo + 3.5 * (albedo - 0.8) ** 2),
+                min((1.0 - s * s) * SINGLE_ALBEDO / albedo, 0.999),
+            )
+
+            def shape(r, wide, d=d, share=share):
+                parts = ((1.0, d), (-share, 1.0 / SINGLE_SHAPE))
+                profile = (w * (np.exp(-r / (wide * x)) + np.exp(-r / (3 * wide * x))) / (wide * x) for w, x in parts)
+                return sum(profile) / (8.0 * np.pi * r * (1.0 - share))
+
+            def beyond(x, b=b):
+                return 0.25 * np.exp(-b / x) + 0.75 * np.exp(-b / (3.0 * x))
+
+            near, far = tables["near"][i, k], tables["far"][i, k]
+            multiple = entered(tables["total"][i, isotropic])[0] - (1.0 - s * s) * once
+            reflected = entered(tables["reflected"][i, isotropic, :, k])[0]
+            transmitted = np.exp(entered(tables["transmitted"][i, isotropic, :, k])[0])
+            brought = multiple * (beyond(far * d) - share * beyond(far / SINGLE_SHAPE)) / (1.0 - share)
+            factor = np.minimum(transmitted / np.maximum(brought, 1e-30), _MOST)
+            here = ((1.0 - (r / b) ** 4) * shape(r, near) * 2.0 * np.pi * r).mean() * b
+            there = np.pi * b * b / 3.0 * shape(b, far)
+            result[i, k] = truth[i] / (
+                ((reflected + transmitted - factor * brought) * here + multiple * factor * there) @ weight
+            )
+    result[-1] = result[-2]
+    return result
+
+
 def make() -> None:
     """Compute the tables and store them beside this file."""
     total = np.zeros((len(S), len(G), len(MU)))
@@ -183,7 +254,9 @@ def make() -> None:
             near[i, k], far[i, k] = _scale(reflection[i], s, 0.0), _scale(transmission[i], s, b)
     transmitted = np.log(np.maximum(transmitted, 1e-30))
     tables = (total, once, np.maximum(reflected, 0.0), transmitted, near, far)
-    np.savez_compressed(_FILE, **{n: table.astype(np.float32) for n, table in zip(NAMES, tables, strict=True)})
+    tables = dict(zip(NAMES[:-1], tables, strict=True))
+    tables["round"] = roundness(tables)
+    np.savez_compressed(_FILE, **{name: table.astype(np.float32) for name, table in tables.items()})
 
 
 if __name__ == "__main__":
