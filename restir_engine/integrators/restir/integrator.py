@@ -84,7 +84,7 @@ class RestirIntegrator(Integrator):
         self.passes.use_seed(seed)
         reuse = self.passes.stages(self.scene, self.camera, self.record, self.frame)
         candidates = partial(self._candidates, int(not reuse))
-        steps = [Stage(self._gbuffer), Stage(candidates), *reuse, Stage(self._shade)]
+        steps = [Stage(self._gbuffer), Stage(candidates), *reuse, Stage(partial(self._shade, len(reuse)))]
         if self.tiles:
             tiles = [(tile, tile + 1) for tile in range(self.tiles.count)]
             steps.insert(0, Stage(partial(self._fill_tiles, seed), tiles))
@@ -132,9 +132,9 @@ class RestirIntegrator(Integrator):
         layers = address(reuse), len(reuse)
         candidates_tile(scene.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
 
-    def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
+    def _shade(self, reused: int, tile: Tile, scratch: np.ndarray) -> None:
         args = (self.scene.record, self.camera[0], self.record[0], self.film.record, self.frame.record)
-        shade_tile(*args, address(scratch), self._exit_lights, *tile)
+        shade_tile(*args, address(scratch), self._exit_lights, reused, *tile)
 
     def _film(self, tile: Tile, scratch: np.ndarray) -> None:
         film_tile(self.film.record, self.frame.record, *tile)
