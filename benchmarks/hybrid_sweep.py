@@ -42,13 +42,13 @@ METHODS = {
 WALK = {"sss_method": "RANDOM_WALK", "exact_walks": True}
 
 
-def scene_of(body: str, length: float, light: str, entry: str):
-    """A body in one of the lights, seen from its front, which looks along -y."""
+def scene_of(body: str, length: float, light: str, entry: str, size=(SIZE, SIZE), width=1.3):
+    """A body in one of the lights, seen from its front, which looks along -y; size: pixels, width: scene units."""
     lamp, sky = LIGHTS[light]
     program = subsurface_program(COLORS, length, roughness=0.4, entry=entry)
     lamps = [area_lamp(matrix(lamp[0], -np.asarray(lamp[1])), (lamp[2],) * 3, lamp[3], lamp[3])] if lamp else []
     scene = scatter_scene(BODIES[body](), program, lamps, sky)
-    return look(scene, (0.5, -4.0, 0.6), width=SIZE, height=SIZE, size=1.3)
+    return look(scene, (0.5, -4.0, 0.6), width=size[0], height=size[1], size=width)
 
 
 def pictures(scene, samples: int, seed: int = 0, **settings) -> tuple[np.ndarray, float]:

@@ -93,26 +93,44 @@ def _add_light_sample(scene, integrator, film, scratch, path, sp, index, part):
     """Add the part of a light sample, that of an index of the path's random numbers."""
     u0 = rng.sample1(path.key, index & 0xFFFFFFFF, path.dimension + DIM_LIGHT)
     u1, u2 = rng.sample2(path.key, index & 0xFFFFFFFF, path.dimension + DIM_LIGHT_POINT)
-    found = light_sample(scene, sp, scratch, u1, u2, u0)
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    variate = vec(ls.variate)
+    c, f = unshadowed(scene, scratch, sp, u0, u1, u2)
+    variate = vec(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0).variate)
     if not is_black(variate):
         variate = mul(variate, vec(path.throughput))
         variate = scale(variate, part * guess(path.guess, LATER))
         add_direct(integrator, film, path, variate, variate_class(sp))
-    if not found:
-        return
-    wi = vec(ls.wi)
-    f, pdf = lit_bsdf(scene, sp, wi, ls.visibility)
+    add_unless_shadowed(scene, integrator, film, scratch, path, sp, mul(scale(c, part), vec(path.throughput)), f)
+
+
+@inlined
+def unshadowed(scene, scratch, sp, u0, u1, u2):
+    """(rgb, 9 floats): what one light sample, by MIS, would add at `sp`, and the BSDF towards it; (0, 0, 0): nothing.
+
+    u0 chooses the light, u1 and u2 the point, which stays in the scratch's LIGHT_SAMPLE.
+    """
+    black = (0.0, 0.0, 0.0)
+    nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if not light_sample(scene, sp, scratch, u1, u2, u0):
+        return black, nothing
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
     total = lobe_sum(f)
     if total[0] + total[1] + total[2] == 0.0 or ls.pdf <= 0.0:
-        return
-    weight = part / ls.pdf
+        return black, nothing
+    weight = 1.0 / ls.pdf
     if not ls.flags & LIGHT_SAMPLE_DELTA:
         weight *= mis_weight(ls.mis_pdf, pdf)
-    c = mul(mul(scale(total, weight), vec(ls.radiance)), vec(path.throughput))
+    return mul(scale(total, weight), vec(ls.radiance)), f
+
+
+@inlined
+def add_unless_shadowed(scene, integrator, film, scratch, path, sp, c, f):
+    """Add c, by the scratch's LIGHT_SAMPLE, as far as its shadow ray from `sp` is free."""
+    if is_black(c):
+        return
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        v = transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p))
+        v = transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p))
         learn(path.guess, LATER, v)
         c = mul(c, v)
     add_direct(integrator, film, path, c, f)

@@ -8,7 +8,7 @@ from .intersect import INVALID, put_ray, rtc_intersect1
 from .jit import device, inlined
 from .memory import load_f32, load_u32, store_u32
 from .records import RAY_ALL, SCRATCH_RAY, instance_at, mesh_at
-from .vec import transform_point, transform_vector
+from .vec import load3_f32, normalize, transform_normal, transform_point, transform_vector
 
 
 @inlined
@@ -41,6 +41,13 @@ def hit_distance(ray):
 def hit_barycentrics(ray):
     """(u, v) of the hit in an RTCRayHit."""
     return load_f32(ray, 15), load_f32(ray, 16)
+
+
+@inlined
+def hit_normal(scene, scratch, instance):
+    """The unit normal, by the mesh's winding, of the triangle that local_intersect has hit last; it may be zero."""
+    n = load3_f32(scratch + SCRATCH_RAY, 4)
+    return normalize(transform_normal(instance_at(scene.instances, instance).to_object, n))
 
 
 @device

@@ -6,6 +6,7 @@ direction of entry with the inward normal, b = σ_t (1 - g α) thickness.
 
 import math
 
+from ..fastmath import exp, log
 from ..jit import device, inlined
 from ..memory import load_f32
 from .slabs import MU, THICKNESS, G, S
@@ -13,6 +14,7 @@ from .slabs import MU, THICKNESS, G, S
 _S, _G, _MU, _B = len(S), len(G), len(MU), len(THICKNESS)
 _FIRST_G, _STEP_G = float(G[0]), float(G[1] - G[0])
 _THINNEST, _THICKEST = float(THICKNESS[0]), float(THICKNESS[-1])
+_BY_ROW = 2.0 / math.log(2.0)  # rows of the tables by unit of log thickness
 _SINGLE = _S * _G * _MU
 _REFLECTED = _SINGLE + _G * _MU
 _TRANSMITTED = _REFLECTED + _S * _G * _MU * _B
@@ -29,13 +31,13 @@ def _cell(x, n):
     return i, x - i
 
 
-@device
+@inlined
 def similar(alpha, g):
     """s = √(1 - α*)."""
     return math.sqrt(max((1.0 - alpha) / (1.0 - g * alpha), 0.0))
 
 
-@device
+@inlined
 def single_albedo(table, g, mu):
     """The part of the light that comes back from a half space after one scattering, for α = 1."""
     i, fi = _cell((g - _FIRST_G) / _STEP_G, _G)
@@ -46,7 +48,7 @@ def single_albedo(table, g, mu):
     return a + (b - a) * fi
 
 
-@device
+@inlined
 def _cube(table, start, stride, s, g, mu):
     """An entry of a table over (s, g, mu), whose entries lie `stride` apart."""
     i, fi = _cell(s * (_S - 1), _S)
@@ -60,7 +62,7 @@ def _cube(table, start, stride, s, g, mu):
     return total
 
 
-@device
+@inlined
 def total_albedo(table, s, g, mu):
     """The part of the light that comes back from a half space."""
     return _cube(table, 0, 1, s, g, mu)
@@ -70,22 +72,22 @@ def total_albedo(table, s, g, mu):
 def slab_albedos(table, s, g, mu, b):
     """Parts of the light that a slab (reflects, transmits) after two scatterings or more."""
     thickness = min(max(b, _THINNEST), _THICKEST)
-    i, _ = _cell(2.0 * math.log2(thickness / _THINNEST), _B)
-    low = _THINNEST * 2.0 ** (0.5 * i)
+    i, _ = _cell(_BY_ROW * log(thickness / _THINNEST), _B)
+    low = _THINNEST * exp(i / _BY_ROW)
     f = min(max((thickness / low - 1.0) / (math.sqrt(2.0) - 1.0), 0.0), 1.0)
     r = _cube(table, _REFLECTED + i, _B, s, g, mu) * (1.0 - f) + _cube(table, _REFLECTED + i + 1, _B, s, g, mu) * f
     t = _cube(table, _TRANSMITTED + i, _B, s, g, mu) * (1.0 - f)
-    t = math.exp(t + _cube(table, _TRANSMITTED + i + 1, _B, s, g, mu) * f)
+    t = exp(t + _cube(table, _TRANSMITTED + i + 1, _B, s, g, mu) * f)
     thin = min(b / _THINNEST, 1.0)  # both grow with the square of a small thickness
     return r * thin * thin, t * thin * thin
 
 
-@device
+@inlined
 def shape_factors(table, s, b):
     """Factors of the profile's scale in a slab, (on the side where light enters, on the other), and a ball's light over
     that of a slab as thick as it."""
     i, fi = _cell(s * (_S - 1), _S)
-    k, fk = _cell(2.0 * math.log2(max(b, _THINNEST) / _THINNEST), _B)
+    k, fk = _cell(_BY_ROW * log(max(b, _THINNEST) / _THINNEST), _B)
     near = far = ball = 0.0
     for corner in range(4):
         a, c = corner >> 1, corner & 1

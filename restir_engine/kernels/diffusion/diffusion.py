@@ -33,8 +33,6 @@ from .probe import (
     H_PDF,
     H_POINT,
     H_WEIGHT,
-    NORMAL_SHARE,
-    TANGENT_SHARE,
     hit_distance,
     probe,
     probe_frame,
@@ -45,7 +43,10 @@ from .profile import REACH, profile
 _CYCLES_REACH = 16.0
 _CYCLES_F = 0.9963790093708328
 
-DIM_AXIS, DIM_RADIUS = 0, 1  # random dimensions of a probe's vertex
+DIM_AXIS, DIM_CHANNEL = (
+    0,
+    1,
+)  # random dimensions of a probe's vertex: with the axis the radius, with the channel the angle
 
 
 @device
@@ -56,10 +57,9 @@ def channel_shares(weight):
 
 
 @device
-def probe_around(scene, table, scratch, path, sp, weight, d):
+def probe_around(scene, table, scratch, path, sp, weight, d, u_axis, u_radius):
     """Probe the surface around `sp` with the scales d of the channels: how many hits. Counts overflows."""
-    u_axis, u_channel = rng.sample2(path.key, path.sample, path.dimension + DIM_AXIS)
-    u_radius, u_angle = rng.sample2(path.key, path.sample, path.dimension + DIM_RADIUS)
+    u_channel, u_angle = rng.sample2(path.key, path.sample, path.dimension + DIM_CHANNEL)
     side = -1.0 if sp.backfacing else 1.0
     note = load_i64(table, NOTE_HIT)
     kept, found = probe(
@@ -92,7 +92,7 @@ def cycles_kernel(offset, ny, n, d):
     t, b = probe_frame(n)
     r = math.sqrt(dot(offset, offset))
     x, y, z = dot(offset, t), dot(offset, b), dot(offset, n)
-    wn, wt, wb = NORMAL_SHARE * dot(ny, n), TANGENT_SHARE * dot(ny, t), TANGENT_SHARE * dot(ny, b)
+    wn, wt, wb = 2.0 * dot(ny, n), dot(ny, t), dot(ny, b)  # Cycles takes the normal twice as often as a tangent
     total = wn * wn + wt * wt + wb * wb
     if not total > 0.0:
         return (0.0, 0.0, 0.0)
@@ -162,11 +162,11 @@ def diffusion(scene, integrator, film, scratch, _):
         if not enters:
             return
         weight, d = _medium(c, load_i64(table, ALBEDOS), vec(path.throughput), -dot(inwards, n))
-    full = amount(weight)
-    if not full > 0.0:
+    if not amount(weight) > 0.0:
         return
     as_cycles = burley and load_i64(table, FLAGS) & CYCLES_BURLEY != 0
-    found = probe_around(scene, table, scratch, path, sp, weight, d)
+    u_axis, u_radius = rng.sample2(path.key, path.sample, path.dimension + DIM_AXIS)
+    found = probe_around(scene, table, scratch, path, sp, weight, d, u_axis, u_radius)
     for k in range(found):
         hit = exit_at(scratch, k)
         pdf = load_f64(hit, H_PDF)
@@ -175,7 +175,7 @@ def diffusion(scene, integrator, film, scratch, _):
             b = cycles_kernel(sub(load3_f64(hit, H_POINT), x), load3_f64(hit, H_NORMAL), n, d)
         else:
             b = (_unit_profile(r, d[0]), _unit_profile(r, d[1]), _unit_profile(r, d[2]))
-        s = 1.0 / pdf if pdf > 0.0 else 0.0
-        store3_f64(hit, H_WEIGHT, (weight[0] * b[0] * s, weight[1] * b[1] * s, weight[2] * b[2] * s))
+        store3_f64(hit, H_WEIGHT, scale(mul(weight, b), 1.0 / pdf if pdf > 0.0 else 0.0))
         store_f64(hit, H_EVENTS, 2.0)
-    light_exits(scene, integrator, film, scratch, path, sp, found, full)
+    path.dimension += DIMENSIONS
+    light_exits(scene, integrator, film, scratch, path, sp, found)

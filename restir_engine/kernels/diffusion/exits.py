@@ -1,19 +1,24 @@
-"""The points through which light leaves: direct light at every one of them, and one by which the path goes on."""
+"""The points through which light leaves: one of them is lit, by resampling, and one is where the path goes on.
 
-from ..direct import direct_light
+Which point a light reaches is not known when its weight is. So a light sample is taken at each of them, without a
+shadow ray; one is chosen in proportion to what it would bring, and stands for all if nothing shadows it (resampled
+importance sampling, Talbot et al. 2005). The path goes on by one that is chosen by the weight alone.
+"""
+
+from .. import rng
+from ..direct import add_unless_shadowed, unshadowed
 from ..jit import device, inlined
+from ..lights import light_is_sampled
 from ..medium.exit import leave
 from ..memory import load_f64, store_f64
-from ..path_state import DIMENSIONS, LIT, mark_scattered
-from ..rng import sample1
-from ..vec import load3_f64, put, scale, store3_f64
+from ..path_state import DIM_LIGHT, DIM_LIGHT_POINT, DIMENSIONS, LIT, mark_scattered
+from ..vec import load3_f64, mul, put, scale, store3_f64
 from .probe import H_EVENTS, H_NORMAL, H_PRIMITIVE, H_T, H_U, H_V, H_WEIGHT, HIT, HITS
 
-# An exit whose weight is below this part of the light that enters is lit with a probability that falls with its weight.
-FULLY_LIT = 0.25
+# An exit whose weight is below this part of the largest one's is a candidate with a probability that falls with it.
+_CERTAIN = 0.05
 
-DIM_CHOICE = 2  # random dimensions of a method's vertex and of an exit's, besides those of light sampling
-_DIM_LIT = 2
+_DIM_EXIT, _DIM_CANDIDATE = 2, 3  # random dimensions of the exits' vertex, besides those of light sampling
 
 
 @inlined
@@ -26,6 +31,11 @@ def exit_at(scratch, k):
 def amount(weight):
     """What a weight (rgb, possibly negative) counts for where one of several is chosen."""
     return abs(weight[0]) + abs(weight[1]) + abs(weight[2])
+
+
+@inlined
+def _weight(scratch, k):
+    return load3_f64(exit_at(scratch, k), H_WEIGHT)
 
 
 @device
@@ -41,42 +51,83 @@ def put_exit(place, t, primitive, u, v, normal, weight, events):
 
 
 @device
-def light_exits(scene, integrator, film, scratch, path, sp, n, full):
+def _leave_by(scene, scratch, sp, k):
+    """Move `sp` to the k-th exit."""
+    place = exit_at(scratch, k)
+    primitive, u, v = int(load_f64(place, H_PRIMITIVE)), load_f64(place, H_U), load_f64(place, H_V)
+    leave(scene, sp, primitive, u, v, load_f64(place, H_T), load3_f64(place, H_NORMAL))
+
+
+@device
+def _light_one(scene, integrator, film, scratch, path, sp, n, most):
+    """Add the direct light of n exits by one shadow ray; the exit that `sp` was moved to last, -1: none."""
+    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
+    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
+    left, dim = rng.sample2(path.key, path.sample, path.dimension + _DIM_CANDIDATE)
+    black = (0.0, 0.0, 0.0)
+    best, best_f = black, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    total, chosen, at = 0.0, -1, -1
+    for k in range(n):
+        weight = _weight(scratch, k)
+        chance = amount(weight) / (_CERTAIN * most)
+        if chance < 1.0:
+            if dim >= chance:
+                dim = (dim - chance) / (1.0 - chance)
+                continue
+            dim /= chance
+            weight = scale(weight, 1.0 / chance)
+        _leave_by(scene, scratch, sp, k)
+        at = k
+        c, f = unshadowed(scene, scratch, sp, u0, u1, u2)
+        c = mul(c, weight)
+        a = amount(c)
+        if a > 0.0:
+            total += a
+            p = a / total
+            if left < p:
+                left /= p
+                chosen, best, best_f = k, c, f
+            else:
+                left = (left - p) / (1.0 - p)
+    if chosen < 0 or not total < 1.0e30:
+        return at
+    if chosen != at:
+        _leave_by(scene, scratch, sp, chosen)
+        unshadowed(scene, scratch, sp, u0, u1, u2)
+    mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
+    best = scale(best, total / amount(best))
+    add_unless_shadowed(scene, integrator, film, scratch, path, sp, best, best_f)
+    return chosen
+
+
+@device
+def light_exits(scene, integrator, film, scratch, path, sp, n):
     """Add the direct light of n exits, and leave by one of them, chosen in proportion to its weight.
 
-    An exit's weight is the path's throughput when light leaves there; `full` is the amount with which light entered.
+    An exit's weight is the path's throughput when light leaves there.
     """
-    total = 0.0
+    total, most = 0.0, 0.0
     for k in range(n):
-        total += amount(load3_f64(exit_at(scratch, k), H_WEIGHT))
+        a = amount(_weight(scratch, k))
+        total += a
+        most = max(most, a)
     if not 0.0 < total < 1.0e30:
         return
-    left = total * sample1(path.key, path.sample, path.dimension + DIM_CHOICE)
+    marked, at = path.scatter_pass, -1
+    if light_is_sampled(scene):
+        at = _light_one(scene, integrator, film, scratch, path, sp, n, most)
+    left = total * rng.sample1(path.key, path.sample, path.dimension + _DIM_EXIT)
     chosen = 0
     for k in range(n):
-        a = amount(load3_f64(exit_at(scratch, k), H_WEIGHT))
+        a = amount(_weight(scratch, k))
         if a > 0.0 and left >= 0.0:
             chosen = k
         left -= a
-    marked = path.scatter_pass
-    for i in range(n):
-        k = i if i < chosen else i + 1  # the chosen one last: `sp` shall be left there
-        if i == n - 1:
-            k = chosen
-        place = exit_at(scratch, k)
-        weight = load3_f64(place, H_WEIGHT)
-        chance = min(1.0, amount(weight) / (FULLY_LIT * full))
-        path.dimension += DIMENSIONS
-        lit = chance >= 1.0 or sample1(path.key, path.sample, path.dimension + _DIM_LIT) < chance
-        if not lit and k != chosen:
-            continue
-        primitive, u, v = int(load_f64(place, H_PRIMITIVE)), load_f64(place, H_U), load_f64(place, H_V)
-        leave(scene, sp, primitive, u, v, load_f64(place, H_T), load3_f64(place, H_NORMAL))
-        path.scatter_pass = marked
-        mark_scattered(film, path, int(load_f64(place, H_EVENTS)))
-        if lit:
-            put(path.throughput, scale(weight, 1.0 / chance))
-            direct_light(scene, integrator, film, scratch, path, sp)
-    weight = load3_f64(exit_at(scratch, chosen), H_WEIGHT)
+    if chosen != at:
+        _leave_by(scene, scratch, sp, chosen)
+    path.scatter_pass = marked
+    mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
+    weight = _weight(scratch, chosen)
     put(path.throughput, scale(weight, total / amount(weight)))
+    path.dimension += DIMENSIONS
     path.scattered = LIT

@@ -2,13 +2,14 @@
 
 import math
 
+from ..fastmath import exp
 from ..jit import device, inlined
 from ..lobes.closure import P_ALBEDO, P_COLOR, P_SIGMA_T
 from .albedo import similar
 from .profile import SINGLE_ALBEDO, SINGLE_SHAPE, profile, profile_shape, single_factor
 
 
-@device
+@inlined
 def channel(c, throughput, k):
     """(weight, σ_t, α) of channel k of the closure c: weight is the path's throughput without the colour, or 0."""
     color, sigma_t, alpha = c.p[P_COLOR + k], c.p[P_SIGMA_T + k], c.p[P_ALBEDO + k]
@@ -26,13 +27,13 @@ def channels(c, throughput):
     return (w0, w1, w2), (s0, s1, s2), (a0, a1, a2)
 
 
-@device
+@inlined
 def diffuse_albedo(s):
     """A of a half space under diffuse light (van de Hulst's fit); s = √(1 - α*)."""
     return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
 
 
-@device
+@inlined
 def profile_scales(sigma_t, alpha, g):
     """(d, d₀, share): scales of the whole profile and of its part R₁, and that part's share, ∫R₁ / ∫R."""
     albedo = diffuse_albedo(similar(alpha, g))
@@ -50,7 +51,7 @@ def multiple_shape(r, d, d0, share):
 @inlined
 def _beyond(b, d):
     """∫ B(√(r² + b²)) 2πr dr."""
-    e = math.exp(b / d * (-1.0 / 3.0))
+    e = exp(min(b / d, 2000.0) * (-1.0 / 3.0))
     return 0.25 * e * e * e + 0.75 * e
 
 

@@ -2,17 +2,18 @@
 
 Disk projection (King et al. 2013): a channel's profile gives the distance from an axis through x, and every place where
 the line at that distance, parallel to the axis, meets the object within the channel's ball about x is a sample. The
-axis is the normal (half the time) or a tangent, so that surfaces seen from the side are found too. All hits are taken:
+axis is the normal, most often, or a tangent, so that surfaces seen from the side are found too. All hits are taken:
 the density of each is then that of the mixture of axes and channels alone, whatever else the line meets.
 """
 
 import math
 
+from ..fastmath import circle
 from ..intersect import rtc_intersect1
 from ..jit import device, entry, inlined
 from ..local import local_ray
 from ..memory import load_f32, load_f64, load_i64, load_u32, store_f64, store_i64, store_u32
-from ..records import SCRATCH_RAY, SCRATCH_SCATTER, instance_at, mesh_at
+from ..records import SCRATCH_RAY, SCRATCH_SCATTER, instance_at
 from ..vec import (
     cross,
     dot,
@@ -27,12 +28,11 @@ from ..vec import (
     store3_f64,
     sub,
     transform_normal,
-    transform_point,
 )
 from .profile import F_REACH, REACH, profile, profile_radius
 
 # Probabilities of the axes: the normal, and the tangents each.
-NORMAL_SHARE, TANGENT_SHARE = 0.5, 0.25
+NORMAL_SHARE, TANGENT_SHARE = 0.6, 0.2
 
 # In the working memory: the arguments of Embree's query, the context that its filter is given (with the number of hits
 # so far), and HIT float64 for each of them.
@@ -40,6 +40,7 @@ ARGUMENTS = SCRATCH_SCATTER
 CONTEXT = SCRATCH_SCATTER + 64
 HITS = SCRATCH_SCATTER + 128
 MAX_HITS = 128
+_KEPT = 10  # float64 that note_hit fills, or leaves alone
 _FOUND = 2  # int64 index in the context, behind what Embree keeps there
 
 # float64 index of what a hit holds: barycentrics, position, outward normal, density by area, and what a method makes of
@@ -66,6 +67,7 @@ def note_hit(arguments, _b, _c, _d, _e):
         store_f64(hit, H_PRIMITIVE, float(load_u32(found, 5)))
         store_f64(hit, H_U, load_f32(found, 3))
         store_f64(hit, H_V, load_f32(found, 4))
+        store3_f64(hit, H_NORMAL, load3_f32(found, 0))
     store_u32(load_i64(arguments, 0), 0, 0)
 
 
@@ -100,32 +102,20 @@ def _sort(scratch, n):
     """By insertion: there are a handful, nearly always in order."""
     hits = scratch + HITS
     for i in range(1, n):
-        t, primitive, u, v = load_f64(hits, HIT * i), load_f64(hits, HIT * i + 1), load_f64(hits, HIT * i + 2), 0.0
-        v = load_f64(hits, HIT * i + H_V)
-        j = i - 1
-        while j >= 0:
-            other = load_f64(hits, HIT * j)
-            if other < t or (other == t and load_f64(hits, HIT * j + H_PRIMITIVE) <= primitive):
-                break
-            for k in range(4):
-                store_f64(hits, HIT * (j + 1) + k, load_f64(hits, HIT * j + k))
+        j = i
+        while j > 0 and _comes_before(hits, j, j - 1):
+            for k in range(_KEPT):
+                a, b = HIT * j + k, HIT * (j - 1) + k
+                x, y = load_f64(hits, a), load_f64(hits, b)
+                store_f64(hits, a, y)
+                store_f64(hits, b, x)
             j -= 1
-        store_f64(hits, HIT * (j + 1) + H_T, t)
-        store_f64(hits, HIT * (j + 1) + H_PRIMITIVE, primitive)
-        store_f64(hits, HIT * (j + 1) + H_U, u)
-        store_f64(hits, HIT * (j + 1) + H_V, v)
 
 
-@device
-def triangle_point(scene, instance, primitive, u, v):
-    """(position, unit normal by the mesh's winding) of a point of a triangle in world space; the normal may be zero."""
-    placed = instance_at(scene.instances, instance)
-    mesh = mesh_at(scene.meshes, placed.mesh)
-    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
-    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
-    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
-    p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
-    return p, normalize(transform_normal(placed.to_object, cross(ab, ac)))
+@inlined
+def _comes_before(hits, i, j):
+    t, other = load_f64(hits, HIT * i), load_f64(hits, HIT * j)
+    return t < other or (t == other and load_f64(hits, HIT * i + H_PRIMITIVE) < load_f64(hits, HIT * j + H_PRIMITIVE))
 
 
 @inlined
@@ -138,7 +128,7 @@ def probe_frame(n):
     return t, cross(n, t)
 
 
-@device
+@inlined
 def _density(r, distance, w, d):
     """Σ_c w_c B_c(r) within the channels' balls, 1/length²; w: weights of the channels, d: scales, 0 for none."""
     total = 0.0
@@ -148,7 +138,7 @@ def _density(r, distance, w, d):
     return total * (1.0 / F_REACH)
 
 
-@device
+@inlined
 def probe_pdf(offset, ny, n, t, b, w, d):
     """The density by area of a point at x + offset with normal ny, under the frame (n, t, b)."""
     square = dot(offset, offset)
@@ -178,14 +168,15 @@ def probe(scene, scratch, note, instance, x, n, side, w, d, u_axis, u_channel, u
     r = profile_radius(u_radius * F_REACH, scale_chosen)
     reach = REACH * scale_chosen
     half = math.sqrt(max(reach * reach - r * r, 0.0))
-    phi = 2.0 * math.pi * u_angle
-    o = madd(madd(madd(x, right, r * math.cos(phi)), up, r * math.sin(phi)), axis, half)
+    cosine, sine = circle(u_angle)
+    o = madd(madd(madd(x, right, r * cosine), up, r * sine), axis, half)
     found = all_hits(scene, scratch, note, instance, o, neg(axis), 2.0 * half)
     kept = min(found, MAX_HITS)
+    to_object = instance_at(scene.instances, instance).to_object
     for i in range(kept):
         hit = scratch + HITS + 8 * HIT * i
-        primitive = int(load_f64(hit, H_PRIMITIVE))
-        p, ny = triangle_point(scene, instance, primitive, load_f64(hit, H_U), load_f64(hit, H_V))
+        p = madd(o, axis, -load_f64(hit, H_T))
+        ny = normalize(transform_normal(to_object, load3_f64(hit, H_NORMAL)))
         store3_f64(hit, H_POINT, p)
         store3_f64(hit, H_NORMAL, scale(ny, side))
         store_f64(hit, H_PDF, probe_pdf(sub(p, x), ny, n, t, b, w, d))

@@ -14,10 +14,11 @@ A lamp neither blocks nor deflects rays: one that hits a lamp goes on behind it.
 
 from .evaluate import light_radiance, lights_intersect, sun_next
 from .places import light_point, point_of_lamp, point_of_sample
-from .sample import light_sample
+from .sample import light_is_sampled, light_sample
 from .triangle import triangle_pdf
 
 __all__ = [
+    "light_is_sampled",
     "light_point",
     "light_radiance",
     "light_sample",

@@ -66,6 +66,15 @@ def _sample_by(entry, scene, sp, scratch, u, ls):
     return ls.pdf > 0.0
 
 
+@inlined
+def light_is_sampled(scene):
+    """Whether light_sample can find anything in this scene."""
+    if scene.light_table == 0:
+        return False
+    table = light_table_at(scene.light_table, 0)
+    return table.lamps + table.triangles + table.world > 0.0
+
+
 @device
 def light_sample(scene, sp, scratch, u0, u1, u2):
     """Choose a light and a point or direction on it for sp.p, and fill the LIGHT_SAMPLE in scratch.
