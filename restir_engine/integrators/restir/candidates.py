@@ -9,6 +9,10 @@ with all three by solid angle: their ratio is the same by the coordinates that a
 tiles is itself resampled: its 1 / p_light is a contribution weight, and MIS goes by another density.) The direction by
 the BSDF is that by which the path goes on afterwards, with what its ray has hit. It stands for the lights that it finds
 whole; of others (hidden from some lobes, without shadows, without size) p_bsdf is 0 and only light samples count.
+
+The light samples come in groups, each of which has one sample chosen by p̂ without V, and a shadow ray; what the ray by
+the BSDF finds is another group. A reservoir resamples the groups by p̂ with V. Where no reuse follows, the vertex is lit
+by the sum of all groups instead. A p̂ without V asks for no V of those that are not kept: there is one group of all.
 """
 
 import math
@@ -59,7 +63,7 @@ from ...kernels.records import (
     path_at,
 )
 from ...kernels.shader_vm import shader_eval
-from ...kernels.vec import madd, max3, mul, normalize, scale, store3_f32, vec
+from ...kernels.vec import add, madd, max3, mul, normalize, put, scale, store3_f32, vec
 from ...kernels.warp import octahedral
 from ...kernels.world import world_pdf
 from ..path import tile_point
@@ -67,29 +71,44 @@ from .frame import UNTRACED, hit_at
 from .options import TARGET, reuse_at
 from .reservoir import accept, clear, contribution_weight, reservoir_at
 from .reuse import reservoirs_of
-from .target import DARK, brightness, integrand, masked, point_at, store_light, target_of_light, visibility
+from .target import DARK, add9, brightness, integrand, masked, point_at, store_light, target_of_light, visibility
 from .visibility import keep
 
 # Key of the candidates' random numbers, and their dimensions.
 _CANDIDATES = 0x43414E44
-_DIM_LIGHT, _DIM_POINT, _DIM_CHOICE = 0, 1, 2
+_DIM_LIGHT, _DIM_POINT, _DIM_CHOICE, _DIM_GROUP = 0, 1, 2, 3
 
 # What is streamed through the reservoir of each layer, in that part of working memory that scattering uses otherwise.
-STREAM = np.dtype(
+_POINT = [  # of a light: kernels.lights.places
+    ("source", np.int64),
+    ("primitive", np.int64),
+    ("u", np.float64),
+    ("v", np.float64),
+]
+STREAM = np.dtype(  # of a group's samples
     [
         ("total", np.float64),  # of the weights
         ("choice", np.float64),  # random number, what is left of it
-        # Of the sample kept: a point of a light (kernels.lights.places), and the BSDF towards it by class of lobes.
-        ("source", np.int64),
-        ("primitive", np.int64),
-        ("u", np.float64),
-        ("v", np.float64),
-        ("bsdf", np.float64, (9,)),
-        ("bsdf_ratio", np.float64),  # p_bsdf / p_lights of a light sample, 0 of what a ray has found
+        *_POINT,  # of the sample kept
+        ("bsdf", np.float64, (9,)),  # towards it, by class of lobes
+        ("bsdf_ratio", np.float64),  # p_bsdf / p_lights of a light sample, 0 where rays do not find it
+    ]
+)
+GROUPS = np.dtype(  # of what groups have kept
+    [
+        ("total", np.float64),
+        ("choice", np.float64),
+        *_POINT,
+        ("f", np.float64, (9,)),  # as p̂ has it
+        ("target", np.float64),
+        ("visibility", np.float64, (3,)),
+        ("light", np.float64, (9,)),  # Σ f V W of all groups
     ]
 )
 WORK_STREAMS = SCRATCH_SCATTER
+WORK_GROUPS = WORK_STREAMS + 3 * STREAM.itemsize
 _stream_at = record_at(STREAM)
+_groups_at = record_at(GROUPS)
 
 
 @inlined
@@ -98,11 +117,27 @@ def _stream(scratch, layer):
 
 
 @inlined
+def _groups(scratch, layer):
+    return _groups_at(scratch + WORK_GROUPS, layer)
+
+
+@inlined
 def _start_streams(scratch, layers, u):
     for layer in range(layers):
         stream = _stream(scratch, layer)
         stream.total = 0.0
         stream.choice = u
+
+
+@inlined
+def _start_groups(scratch, layers, u):
+    for layer in range(layers):
+        groups = _groups(scratch, layer)
+        groups.total = 0.0
+        groups.choice = u
+        groups.target = 0.0
+        for k in range(9):
+            groups.light[k] = 0.0
 
 
 @inlined
@@ -146,13 +181,14 @@ def _keep(scratch, layers, keepers, source, primitive, u, v):
 
 
 @inlined
-def _light_candidates(scene, reuse, layers, scratch, path, sp):
-    """Stream light samples; the mean of their variates."""
-    count = reuse_at(reuse, 0).candidates
+def _light_candidates(scene, reuse, layers, scratch, path, sp, group, groups):
+    """Stream the light samples of a group; their part of the mean of all variates."""
+    size = reuse_at(reuse, 0).candidates
+    count = size * groups
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     key = rng.hash_combine(path.key, _CANDIDATES)
     variate = (0.0, 0.0, 0.0)
-    for i in range(count):
+    for i in range(group * size, (group + 1) * size):
         index = (path.sample * count + i) & 0xFFFFFFFF
         u0, u1 = rng.sample2(key, index, _DIM_POINT)
         found = light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT))
@@ -170,28 +206,28 @@ def _light_candidates(scene, reuse, layers, scratch, path, sp):
 
 
 @device
-def _found(scene, reuse, layers, scratch, sp, source, primitive, x, y, light_pdf):
-    """Stream a light that the BSDF's ray found."""
+def _found(scene, reuse, layers, scratch, sp, count, source, primitive, x, y, light_pdf):
+    """Stream a light that the BSDF's ray found; count: of all light samples."""
     if not (light_pdf > 0.0 and light_point(scene, sp, scratch, source, primitive, x, y)):
         return
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     if not _found_by_rays(scene, ls):
         return
     f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
-    factor = 1.0 / (reuse_at(reuse, 0).candidates * light_pdf + pdf)
+    factor = 1.0 / (count * light_pdf + pdf)
     keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, 0.0)
     _keep(scratch, layers, keepers, source, primitive, x, y)
 
 
 @device
-def _found_lamp(scene, reuse, layers, scratch, sp, light, o, d, t):
+def _found_lamp(scene, reuse, layers, scratch, sp, count, light, o, d, t):
     _, _, _, pdf = light_radiance(scene, scratch, sp, light, o, d, t)
     x, y = point_of_lamp(scene, light, o, d, t)
-    _found(scene, reuse, layers, scratch, sp, light, POINT_ON_LAMP, x, y, pdf)
+    _found(scene, reuse, layers, scratch, sp, count, light, POINT_ON_LAMP, x, y, pdf)
 
 
 @device
-def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit):
+def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, count):
     """Stream what the path's next ray finds; keep what it hits first."""
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
@@ -215,20 +251,20 @@ def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit):
             light, distance = lights_intersect(scene, o, d, tmin, t, flags)
             if light < 0:
                 break
-            _found_lamp(scene, reuse, layers, scratch, sp, light, o, d, distance)
+            _found_lamp(scene, reuse, layers, scratch, sp, count, light, o, d, distance)
             tmin = next_after(distance)
         if instance < 0:
             light = sun_next(scene, d, 0, flags)
             while light >= 0:
-                _found_lamp(scene, reuse, layers, scratch, sp, light, o, d, FAR)
+                _found_lamp(scene, reuse, layers, scratch, sp, count, light, o, d, FAR)
                 light = sun_next(scene, d, light + 1, flags)
             x, y = octahedral(d)
-            _found(scene, reuse, layers, scratch, sp, 0, POINT_ON_WORLD, x, y, world_pdf(scene, d))
+            _found(scene, reuse, layers, scratch, sp, count, 0, POINT_ON_WORLD, x, y, world_pdf(scene, d))
             return
         surface_point(scene, point, instance, primitive, x, y, t, d)
         if instance_at(scene.instances, instance).lights >= 0:
             density = triangle_pdf(scene, point, vec(sp.p))
-            _found(scene, reuse, layers, scratch, sp, instance, primitive, x, y, density)
+            _found(scene, reuse, layers, scratch, sp, count, instance, primitive, x, y, density)
         if material_at(scene.materials, point.material).flags & MATERIAL_TRANSPARENT == 0:
             return
         flags |= RAY_TRANSPARENT
@@ -240,12 +276,12 @@ def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit):
 
 
 @inlined
-def _copy_sample(r, stream):
-    """Give a reservoir what its stream has kept."""
-    r.source = stream.source
-    r.primitive = stream.primitive
-    r.u = stream.u
-    r.v = stream.v
+def _copy_point(to, source):
+    """Copy a point of a light from one record to another."""
+    to.source = source.source
+    to.primitive = source.primitive
+    to.u = source.u
+    to.v = source.v
 
 
 @inlined
@@ -255,60 +291,101 @@ def _same(a, b):
 
 
 @inlined
-def _bsdf(stream):
-    b = stream.bsdf
-    return (b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7], b[8])
+def _nine(a):
+    return (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8])
 
 
 @device
-def _settle(scene, integrator, reuse, layers, frame, scratch, pixel, sp, seed, last):
-    """Fill the pixel's reservoirs and frame.light: p̂, V and W of each layer's sample.
-
-    One found in shadow becomes a null sample where that is wanted.
-    """
+def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, sampled):
+    """Light the vertex by the samples that a group has kept, and stream them; `sampled`: they are light samples."""
     f = DARK
     v = (0.0, 0.0, 0.0)
     known = -1  # the layer whose sample f and V are of
     for layer in range(layers):
-        options = reuse_at(reuse, layer)
         stream = _stream(scratch, layer)
+        if stream.total <= 0.0:
+            continue
+        if known < 0 or not _same(stream, _stream(scratch, known)):
+            f = DARK
+            source, primitive = stream.source, stream.primitive
+            if light_point(scene, sp, scratch, source, primitive, float(stream.u), float(stream.v)):
+                f = integrand(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0), _nine(stream.bsdf))
+                v = visibility(scene, integrator, frame, scratch, pixel)
+                if sampled:
+                    learn(path_at(frame.paths, pixel).guess, FIRST, v)
+            known = layer
+        _take(reuse_at(reuse, layer), _groups(scratch, layer), stream, f, v)
+
+
+@inlined
+def _take(options, groups, stream, f, v):
+    """Add a group's sample to the light, and keep it by chance; one in shadow may be thrown away."""
+    target = target_of_light(options, f)
+    w = contribution_weight(float(stream.total), target)
+    if w <= 0.0:
+        return
+    seen = masked(f, v)
+    light = add9(_nine(groups.light), masked(seen, (w, w, w)))
+    for k in range(9):
+        groups.light[k] = light[k]
+    dark = target_of_light(options, seen) <= 0.0
+    if dark and (options.visibility == TARGET or options.discard != 0):
+        return
+    if options.visibility == TARGET:
+        f = seen
+        target = target_of_light(options, f)
+    elif max3(v) <= 0.0:
+        # No ray by the BSDF can have found it: light samples alone stand for it (contribution MIS, eq. 7.1).
+        w *= 1.0 + stream.bsdf_ratio
+    groups.total += target * w
+    chosen, u = accept(target * w, float(groups.total), float(groups.choice))
+    groups.choice = u
+    if chosen:
+        _copy_point(groups, stream)
+        groups.target = target
+        for k in range(9):
+            groups.f[k] = f[k]
+        put(groups.visibility, v)
+
+
+@inlined
+def _settle(reuse, layers, frame, scratch, pixel, seed, last):
+    """Fill the pixel's reservoirs and frame.light: p̂, V and W of what each layer has kept, or the light of all."""
+    for layer in range(layers):
+        options = reuse_at(reuse, layer)
+        groups = _groups(scratch, layer)
         r = reservoir_at(reservoirs_of(frame, options, frame.reservoirs), pixel)
         clear(r, 1.0)
         r.seed = seed
         light = DARK
-        if stream.total > 0.0:
-            _copy_sample(r, stream)
-            if known < 0 or not _same(stream, _stream(scratch, known)):
-                f = DARK
-                if light_point(scene, sp, scratch, int(r.source), int(r.primitive), float(r.u), float(r.v)):
-                    f = integrand(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0), _bsdf(stream))
-                    v = visibility(scene, integrator, frame, scratch, pixel)
-                    if stream.bsdf_ratio > 0.0:
-                        learn(path_at(frame.paths, pixel).guess, FIRST, v)
-                known = layer
-            light = _weigh(options, r, f, v, stream, last)
-        store_light(frame, options, pixel, light)
+        if groups.target > 0.0:
+            _copy_point(r, groups)
+            r.target = groups.target
+            r.contribution_weight = contribution_weight(float(groups.total), float(groups.target))
+            keep(r, vec(groups.visibility))
+            light = _nine(groups.f)
+        store_light(frame, options, pixel, _nine(groups.light) if last != 0 else light)
 
 
 @inlined
-def _weigh(options, r, f, v, stream, last):
-    """Set p̂, V and W of a reservoir; returns f as p̂ has it, or f V W if nothing else comes before shading."""
-    seen = masked(f, v)
-    r.target = target_of_light(options, f)
-    w = contribution_weight(float(stream.total), float(r.target))
-    if w > 0.0:
-        keep(r, v)
-        if options.visibility == TARGET:
-            r.target = target_of_light(options, seen)
-        elif max3(v) <= 0.0:
-            # No ray by the BSDF can have found it: light samples alone stand for it (contribution MIS, eq. 7.1).
-            w *= 1.0 + stream.bsdf_ratio
-        if (options.visibility == TARGET or options.discard != 0) and target_of_light(options, seen) <= 0.0:
-            w = 0.0
-    r.contribution_weight = w
-    if last != 0:
-        return masked(seen, (w, w, w))
-    return seen if options.visibility == TARGET else f
+def _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key, last):
+    """Draw all candidates of a vertex, group by group; stores what the ray by the BSDF hits, and the variate."""
+    options = reuse_at(reuse, 0)
+    apart = last != 0 or options.visibility == TARGET
+    groups = options.shadow_rays if apart else 1
+    variate = (0.0, 0.0, 0.0)
+    expected = guess(path.guess, FIRST)
+    _start_streams(scratch, layers, rng.sample1(key, path.sample * groups & 0xFFFFFFFF, _DIM_CHOICE))
+    for group in range(groups):
+        variate = add(variate, _light_candidates(scene, reuse, layers, scratch, path, sp, group, groups))
+        if apart:
+            _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, True)
+            index = (path.sample * groups + group + 1) & 0xFFFFFFFF
+            _start_streams(scratch, layers, rng.sample1(key, index, _DIM_CHOICE))
+    store3_f32(frame.variates, pixel, scale(variate, expected))
+    hit = hit_at(frame.hits, pixel)
+    _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, options.candidates * groups)
+    _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, not apart)
 
 
 @kernel
@@ -319,17 +396,13 @@ def candidates_tile(scene, integrator, reuse, layers, frame, scratch, x0, y0, x1
     """
     for y in range(y0, y1):
         for x in range(x0, x1):
-            index = y * frame.width + x
-            sp = point_at(frame, index)
-            hit = hit_at(frame.hits, index)
-            hit.instance = UNTRACED
-            store3_f32(frame.variates, index, (0.0, 0.0, 0.0))
-            path = path_at(frame.paths, index)
+            pixel = y * frame.width + x
+            sp = point_at(frame, pixel)
+            hit_at(frame.hits, pixel).instance = UNTRACED
+            store3_f32(frame.variates, pixel, (0.0, 0.0, 0.0))
+            path = path_at(frame.paths, pixel)
             key = rng.hash_combine(path.key, _CANDIDATES)
-            _start_streams(scratch, layers, rng.sample1(key, path.sample, _DIM_CHOICE))
+            _start_groups(scratch, layers, rng.sample1(key, path.sample, _DIM_GROUP))
             if sp.instance >= 0 and bsdf_has_eval(sp):
-                variate = _light_candidates(scene, reuse, layers, scratch, path, sp)
-                store3_f32(frame.variates, index, scale(variate, guess(path.guess, FIRST)))
-                _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit)
-            seed = rng.hash_combine(key, path.sample)
-            _settle(scene, integrator, reuse, layers, frame, scratch, index, sp, seed, last)
+                _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key, last)
+            _settle(reuse, layers, frame, scratch, pixel, rng.hash_combine(key, path.sample), last)

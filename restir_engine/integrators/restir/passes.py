@@ -25,6 +25,7 @@ CHANNELS = (0, 1, 2)
 # Fields of REUSE that are settings, there with `restir_` in front.
 _OPTIONS = (
     "candidates",
+    "shadow_rays",
     "mis",
     "confidence_cap",
     "neighbours",
