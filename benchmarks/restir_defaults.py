@@ -26,11 +26,12 @@ NONE, ONE = {"restir_rounds": 0}, {"restir_rounds": 1}
 
 def variants() -> dict[str, dict]:
     """Settings by name."""
-    found = {f"no reuse, {m} light samples": NONE | {"restir_candidates": m} for m in (1, 2, 4, 8)}
-    for m in (1, 4, 8):
-        for neighbours in (1, 3):
-            name = f"spatial, {m} light samples, {neighbours} neighbours"
-            found[name] = ONE | {"restir_candidates": m, "restir_neighbours": neighbours}
+    found = {}
+    for m, k in ((16, 1), (32, 1), (64, 1), (128, 1), (64, 2), (64, 4)):
+        name = f"no reuse, {m} candidates, {k} light samples"
+        found[name] = NONE | {"restir_candidates": m, "restir_light_samples": k}
+    for neighbours in (1, 3):
+        found[f"spatial, {neighbours} neighbours"] = ONE | {"restir_neighbours": neighbours}
     found["spatial, SHADED"] = ONE | {"restir_visibility": "SHADED"}
     found["two rounds"] = {"restir_rounds": 2}
     found["temporal"] = NONE | {"restir_temporal": True}

@@ -45,8 +45,8 @@ class RenderSettings:
     pass_alpha_threshold: float = 0.5
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
-    restir_candidates: int = 8  # light samples for each shadow ray
-    restir_shadow_rays: int = 1  # a pixel and frame, where p̂ contains visibility or nothing is reused
+    restir_candidates: int = 64  # points of light tiles of which a light sample is one
+    restir_light_samples: int = 1  # a pixel and frame, at the first vertex
     restir_exit_lights: int = 8  # light samples where light leaves a surface below which it was scattered
     restir_temporal: bool = False  # a sample's reservoirs are reused by the next
     restir_rounds: int = 1  # of spatial reuse

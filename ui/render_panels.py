@@ -59,6 +59,7 @@ class RESTIR_RENDER_PT_resampling(RestirPanel, bpy.types.Panel):
         own, column = context.scene.restir, self.column()
         column.active = own.integrator == "RESTIR"
         column.prop(own, "restir_candidates")
+        column.prop(own, "restir_light_samples")
         column.prop(own, "restir_exit_lights")
         column.prop(own, "restir_rounds")
         spatial = column.column(align=True)

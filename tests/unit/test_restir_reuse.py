@@ -33,7 +33,8 @@ def frames_of(scenes, seed: int, plan: ReusePlan, samples: int = 1, seen: bool =
         scratch = integrator.scratch()
         for sample in range(samples):
             for stage in integrator.stages(sample, 1):
-                stage.run(TILE, scratch)
+                for item in stage.items or [TILE]:
+                    stage.run(item, scratch)
                 stage.finish()
         integrator.close()
     film.samples = samples

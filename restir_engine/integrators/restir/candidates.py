@@ -5,14 +5,15 @@ samples are drawn, is weighed by the balance heuristic, so that a sample of eith
 
     w = p̂ / (M p_light + p_bsdf)
 
-with all three by solid angle: their ratio is the same by the coordinates that a reservoir keeps. (A light sample from
-tiles is itself resampled: its 1 / p_light is a contribution weight, and MIS goes by another density.) The direction by
-the BSDF is that by which the path goes on afterwards, with what its ray has hit. It stands for the lights that it finds
-whole; of others (hidden from some lobes, without shadows, without size) p_bsdf is 0 and only light samples count.
+with all three by solid angle: their ratio is the same by the coordinates that a reservoir keeps. (Light samples are
+themselves resampled from tiles: their 1 / p_light is a contribution weight, and MIS goes by another density.) The
+direction by the BSDF is that by which the path goes on afterwards, with what its ray has hit. It stands for the lights
+that it finds whole; of others (hidden from some lobes, without shadows, without size) p_bsdf is 0 and only light
+samples count.
 
-The light samples come in groups, each of which has one sample chosen by p̂ without V, and a shadow ray; what the ray by
-the BSDF finds is another group. A reservoir resamples the groups by p̂ with V. Where no reuse follows, the vertex is lit
-by the sum of all groups instead. A p̂ without V asks for no V of those that are not kept: there is one group of all.
+Each light sample is a group with a shadow ray of its own; what the ray by the BSDF finds is another. A reservoir
+resamples the groups by p̂ with V. Where no reuse follows, the vertex is lit by the sum of all groups instead. A p̂
+without V asks for no V of what is not kept: then all are one group.
 """
 
 import math
@@ -63,7 +64,7 @@ from ...kernels.records import (
     path_at,
 )
 from ...kernels.shader_vm import shader_eval
-from ...kernels.vec import add, madd, max3, mul, normalize, put, scale, store3_f32, vec
+from ...kernels.vec import add, max3, mul, normalize, put, scale, store3_f32, vec
 from ...kernels.warp import octahedral
 from ...kernels.world import world_pdf
 from ..path import tile_point
@@ -181,20 +182,13 @@ def _keep(scratch, layers, keepers, source, primitive, u, v):
 
 
 @inlined
-def _light_candidates(scene, reuse, layers, scratch, path, sp, group, groups):
-    """Stream the light samples of a group; their part of the mean of all variates."""
-    size = reuse_at(reuse, 0).candidates
-    count = size * groups
+def _light_candidate(scene, reuse, layers, scratch, path, sp, index, count):
+    """Stream a light sample, the `index`-th of `count`; its part of the mean of all variates."""
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     key = rng.hash_combine(path.key, _CANDIDATES)
-    variate = (0.0, 0.0, 0.0)
-    for i in range(group * size, (group + 1) * size):
-        index = (path.sample * count + i) & 0xFFFFFFFF
-        u0, u1 = rng.sample2(key, index, _DIM_POINT)
-        found = light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT))
-        variate = madd(variate, vec(ls.variate), 1.0 / count)
-        if not found:
-            continue
+    index = (path.sample * count + index) & 0xFFFFFFFF
+    u0, u1 = rng.sample2(key, index, _DIM_POINT)
+    if light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT)):
         f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
         ratio = pdf / (count * ls.mis_pdf) if _found_by_rays(scene, ls) else 0.0
         factor = 1.0 / (ls.pdf * count * (1.0 + ratio))
@@ -202,7 +196,7 @@ def _light_candidates(scene, reuse, layers, scratch, path, sp, group, groups):
         if keepers:
             source, primitive, x, y = point_of_sample(scene, sp, ls)
             _keep(scratch, layers, keepers, source, primitive, x, y)
-    return variate
+    return scale(vec(ls.variate), 1.0 / count)
 
 
 @device
@@ -372,19 +366,19 @@ def _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key
     """Draw all candidates of a vertex, group by group; stores what the ray by the BSDF hits, and the variate."""
     options = reuse_at(reuse, 0)
     apart = last != 0 or options.visibility == TARGET
-    groups = options.shadow_rays if apart else 1
+    count = options.light_samples
     variate = (0.0, 0.0, 0.0)
     expected = guess(path.guess, FIRST)
-    _start_streams(scratch, layers, rng.sample1(key, path.sample * groups & 0xFFFFFFFF, _DIM_CHOICE))
-    for group in range(groups):
-        variate = add(variate, _light_candidates(scene, reuse, layers, scratch, path, sp, group, groups))
+    choice = rng.sample1(key, path.sample, _DIM_CHOICE)
+    _start_streams(scratch, layers, choice)
+    for i in range(count):
+        variate = add(variate, _light_candidate(scene, reuse, layers, scratch, path, sp, i, count))
         if apart:
             _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, True)
-            index = (path.sample * groups + group + 1) & 0xFFFFFFFF
-            _start_streams(scratch, layers, rng.sample1(key, index, _DIM_CHOICE))
+            _start_streams(scratch, layers, choice)
     store3_f32(frame.variates, pixel, scale(variate, expected))
     hit = hit_at(frame.hits, pixel)
-    _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, options.candidates * groups)
+    _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, count)
     _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, not apart)
 
 

@@ -21,19 +21,10 @@ from .shade import film_tile, shade_tile
 if TYPE_CHECKING:
     from ...scene.scene import Scene
 
-FEW_LAMPS, FEW_TRIANGLES = 32, 256  # up to as many, light samples are drawn for the point that is lit
-TILE_ENTRIES = 8  # of a light tile in the place of each light sample that would be drawn so: they cost less
-
 
 def frame_seed(seed: int, sample: int) -> int:
     """A seed of 31 bits for what all pixels of a frame share."""
     return (seed * 0x9E3779B1 + sample * 0x85EBCA6B + 1) & 0x7FFFFFFF
-
-
-def _many_lights(scene: Scene) -> bool:
-    emitters = scene.instances["mesh"][scene.instances["lights"] >= 0]
-    triangles = sum(len(scene.meshes[mesh].triangles) for mesh in emitters)
-    return len(scene.lights.lamps) > FEW_LAMPS or triangles > FEW_TRIANGLES
 
 
 class RestirIntegrator(Integrator):
@@ -60,17 +51,11 @@ class RestirIntegrator(Integrator):
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
         self._exit_lights = settings.restir_exit_lights
-        self.tiles = self._light_tiles(settings.restir_candidates) if _many_lights(scene) else None
+        self.tiles = LightTiles(scene, tile_count(film.width * film.height), candidates=settings.restir_candidates)
         scratch = self.scratch()
         for stage in self.stages(0, 0):
             stage.run(NO_TILE, scratch)  # compiles, or loads from the cache
         self.passes.load(scene, self.camera, self.record, self.frame, scratch)
-
-    def _light_tiles(self, candidates: int) -> LightTiles:
-        """Tiles from which one light sample is resampled at each vertex, instead of the `candidates` of few lights."""
-        self.passes.reuse["candidates"] = 1
-        entries = TILE_ENTRIES * candidates
-        return LightTiles(self.scene, tile_count(self.film.width * self.film.height), candidates=entries)
 
     def _new_frame(self) -> Frame:
         film = self.film
@@ -84,16 +69,14 @@ class RestirIntegrator(Integrator):
         self.passes.use_seed(seed)
         reuse = self.passes.stages(self.scene, self.camera, self.record, self.frame)
         candidates = partial(self._candidates, int(not reuse))
-        steps = [Stage(self._gbuffer), Stage(candidates), *reuse, Stage(partial(self._shade, len(reuse)))]
-        if self.tiles:
-            tiles = [(tile, tile + 1) for tile in range(self.tiles.count)]
-            steps.insert(0, Stage(partial(self._fill_tiles, seed), tiles))
+        tiles = [(tile, tile + 1) for tile in range(self.tiles.count)]
+        fill = Stage(partial(self._fill_tiles, seed), tiles)
+        steps = [fill, Stage(self._gbuffer), Stage(candidates), *reuse, Stage(self._shade)]
         return [*steps, Stage(self._film, finish=self._finish)]
 
     def close(self) -> None:
         """Leave the scene as it was."""
-        if self.tiles:
-            self.tiles.release()
+        self.tiles.release()
 
     def visibility(self) -> np.ndarray:
         """V̄ of the samples in the last finished frame by channel: (height, width, 3), NaN where unknown."""
@@ -132,9 +115,9 @@ class RestirIntegrator(Integrator):
         layers = address(reuse), len(reuse)
         candidates_tile(scene.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
 
-    def _shade(self, reused: int, tile: Tile, scratch: np.ndarray) -> None:
+    def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
         args = (self.scene.record, self.camera[0], self.record[0], self.film.record, self.frame.record)
-        shade_tile(*args, address(scratch), self._exit_lights, reused, *tile)
+        shade_tile(*args, address(scratch), self._exit_lights, *tile)
 
     def _film(self, tile: Tile, scratch: np.ndarray) -> None:
         film_tile(self.film.record, self.frame.record, *tile)

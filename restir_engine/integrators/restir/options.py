@@ -24,8 +24,7 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 REUSE = np.dtype(
     [
-        ("candidates", np.int64),  # light samples for each shadow ray, beside one direction by the BSDF
-        ("shadow_rays", np.int64),  # a pixel and frame, where p̂ contains V or no reuse follows; else 1
+        ("light_samples", np.int64),  # a pixel and frame, beside one direction by the BSDF
         ("mis", np.int64),  # MIS_KINDS, for spatial reuse; temporal reuse has BALANCE where that is unbiased
         ("confidence_cap", np.float64),  # of the history, where 1 is one frame's candidates
         ("neighbours", np.int64),  # a pixel takes in each spatial pass
@@ -48,8 +47,7 @@ reuse_at = record_at(REUSE)
 
 _CHOICES = {"mis": MIS_KINDS, "visibility": VISIBILITY, "history_target": HISTORY_TARGET}
 _DEFAULTS = {
-    "candidates": 8,
-    "shadow_rays": 1,
+    "light_samples": 1,
     "mis": "DEFENSIVE",
     "confidence_cap": 20.0,
     "neighbours": 3,

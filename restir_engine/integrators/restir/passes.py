@@ -24,8 +24,7 @@ NO_TILE = (0, 0, 0, 0)
 CHANNELS = (0, 1, 2)
 # Fields of REUSE that are settings, there with `restir_` in front.
 _OPTIONS = (
-    "candidates",
-    "shadow_rays",
+    "light_samples",
     "mis",
     "confidence_cap",
     "neighbours",

@@ -25,11 +25,8 @@ def _add_light(integrator, film, path, frame, pixel):
 
 
 @kernel
-def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, reused, x0, y0, x1, y1):
-    """Light the vertices of a tile and follow their paths on; exit_lights: see `trace_path`.
-
-    reused: whether there was reuse, after which the candidates' variate is none of what lights: it would add noise.
-    """
+def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, x0, y0, x1, y1):
+    """Light the vertices of a tile and follow their paths on; exit_lights: see `trace_path`."""
     path = path_at(scratch + SCRATCH_PATH, 0)
     for y in range(y0, y1):
         for x in range(x0, x1):
@@ -45,9 +42,8 @@ def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, reu
             sp.closures = scratch + SCRATCH_CLOSURES
             sp.registers = registers
             media_around(scene, integrator, scratch, path, sp)
-            if reused == 0:
-                variate = mul(load3_f32(frame.variates, index), vec(path.throughput))
-                add_direct(integrator, film, path, variate, variate_class(sp))
+            variate = mul(load3_f32(frame.variates, index), vec(path.throughput))
+            add_direct(integrator, film, path, variate, variate_class(sp))
             _add_light(integrator, film, path, frame, index)
             step = bounce(scene, integrator, path, sp)
             if step == GOES_ON and path.mis_pdf > 0.0:
