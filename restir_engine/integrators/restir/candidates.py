@@ -72,7 +72,18 @@ from .frame import UNTRACED, hit_at
 from .options import TARGET, reuse_at
 from .reservoir import accept, clear, contribution_weight, reservoir_at
 from .reuse import reservoirs_of
-from .target import DARK, add9, brightness, integrand, masked, point_at, store_light, target_of_light, visibility
+from .target import (
+    DARK,
+    add9,
+    brightness,
+    integrand,
+    masked,
+    point_at,
+    store_light,
+    target_of_light,
+    variate_at,
+    visibility,
+)
 from .visibility import keep
 
 # Key of the candidates' random numbers, and their dimensions.
@@ -358,7 +369,9 @@ def _settle(reuse, layers, frame, scratch, pixel, seed, last):
             r.contribution_weight = contribution_weight(float(groups.total), float(groups.target))
             keep(r, vec(groups.visibility))
             light = _nine(groups.f)
-        store_light(frame, options, pixel, _nine(groups.light) if last != 0 else light)
+        if last != 0:
+            light = add9(_nine(groups.light), variate_at(frame, pixel, 1.0))
+        store_light(frame, options, pixel, light)
 
 
 @inlined

@@ -16,7 +16,19 @@ from .resample import (
     weight_of,
 )
 from .reservoir import RESERVOIR, UNKNOWN, clear, copy_sample, reservoir_at
-from .target import DARK, add9, load9, load_light, masked, store9, store_light, target_of_light, unshadowed, visibility
+from .target import (
+    DARK,
+    add9,
+    load9,
+    load_light,
+    masked,
+    store9,
+    store_light,
+    target_of_light,
+    unshadowed,
+    variate_at,
+    visibility,
+)
 from .visibility import carried, forget, keep, kept, merged
 
 # Working memory of a pixel, in that part of the tile's that scattering uses at other times: the table of candidates;
@@ -53,6 +65,7 @@ def target_at(scene, integrator, frame, reuse, scratch, sp, pixel, reservoir, so
 def put_canonical(frame, scratch, pixel, address):
     """Candidate 0: the pixel's own sample, whose f frame.light holds."""
     r = reservoir_at(address, 0)
+    store_i64(scratch + WORK_PIXEL, 0, pixel)
     _put(scratch, 0, address, r.source, load_light(frame, pixel), kept(r))
     put_candidate(scratch + WORK_TABLE, 0, float(r.confidence), float(r.contribution_weight), float(r.target))
 
@@ -109,11 +122,11 @@ def settle(reuse, scratch, n, kind, total, chosen, to):
 
 
 @device
-def leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to, last):
+def leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to, last, fresh):
     """Leave in frame.light f of the sample chosen, or after the last reuse what the pixel is lit by.
 
     That is Σ w_i f_i V_i / p̂_i, or f V W of the one chosen. The sum has the same mean in every channel and no noise of
-    colour; CONTRIBUTION has no weights for it.
+    colour; CONTRIBUTION has no weights for it. fresh: how many of the first candidates are of this frame's pixels.
     """
     light = DARK
     if chosen >= 0 and last == 0:
@@ -131,7 +144,19 @@ def leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, ch
                 v = _seen(scene, integrator, frame, scratch, sp, pixel, i, v)
                 part = _lit(reuse, load9(scratch + WORK_LIGHT, i), v, weight / target_of(table, i))
                 light = add9(light, part)
+    if last != 0:
+        light = add9(light, _variate(frame, scratch, n, fresh))
     store_light(frame, reuse, pixel, light)
+
+
+@device
+def _variate(frame, scratch, n, fresh):
+    """The variates of the first candidates, each by the share that one frame has in what was resampled."""
+    share = 1.0 / total_confidence(scratch + WORK_TABLE, n)
+    f = DARK
+    for i in range(fresh):
+        f = add9(f, variate_at(frame, load_i64(scratch + WORK_PIXEL, i), share))
+    return f
 
 
 @device

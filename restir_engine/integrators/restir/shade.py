@@ -1,13 +1,13 @@
 """The last steps of a frame: a reservoir's light is added, the path goes on, and the film takes the frame in."""
 
 from ...kernels.accumulate import add1
-from ...kernels.direct import add_direct, lobe_sum, variate_class
+from ...kernels.direct import add_direct, lobe_sum
 from ...kernels.intersect import put_nearest
 from ...kernels.jit import inlined, kernel
 from ...kernels.media.calls import media_around
 from ...kernels.memory import load_f32, record_address
 from ...kernels.records import SCRATCH_CLOSURES, SCRATCH_PATH, path_at, shading_point_at
-from ...kernels.vec import load3_f32, mul, vec
+from ...kernels.vec import mul, vec
 from ..path import ARRIVES, GOES_ON, bounce, tile_point, trace_path
 from .frame import UNTRACED, hit_at
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS, copy_words
@@ -42,8 +42,6 @@ def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, x0,
             sp.closures = scratch + SCRATCH_CLOSURES
             sp.registers = registers
             media_around(scene, integrator, scratch, path, sp)
-            variate = mul(load3_f32(frame.variates, index), vec(path.throughput))
-            add_direct(integrator, film, path, variate, variate_class(sp))
             _add_light(integrator, film, path, frame, index)
             step = bounce(scene, integrator, path, sp)
             if step == GOES_ON and path.mis_pdf > 0.0:

@@ -50,7 +50,6 @@ def _reuse_pixel(scene, camera, integrator, frame, reuse, scratch, pixel, x, y, 
         return
     table = scratch + WORK_TABLE
     put_canonical(frame, scratch, pixel, start + RESERVOIR_BYTES * pixel)
-    store_i64(scratch + WORK_PIXEL, 0, pixel)
     n = _gather(scene, camera, integrator, frame, reuse, scratch, start, pixel, x, y, key)
     for i in range(n):
         if contribution_of(table, i) > 0.0:
@@ -63,7 +62,7 @@ def _reuse_pixel(scene, camera, integrator, frame, reuse, scratch, pixel, x, y, 
         for j in range(1, n):
             _fill_from(scene, integrator, frame, reuse, scratch, chosen, j)
     settle(reuse, scratch, n, reuse.mis, total, chosen, to)
-    leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, reuse.mis, chosen, to, last)
+    leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, reuse.mis, chosen, to, last, n)
 
 
 @device

@@ -2,14 +2,14 @@
 
 import math
 
-from ...kernels.direct import lit_bsdf, lobe_sum
+from ...kernels.direct import lit_bsdf, lobe_sum, variate_class
 from ...kernels.jit import device, inlined
 from ...kernels.lights import light_point
 from ...kernels.media.calls import media_around
 from ...kernels.memory import load_f32, load_f64, store_f32, store_f64
 from ...kernels.records import LIGHT_SAMPLE_NO_SHADOW, SCRATCH_LIGHT_SAMPLE, light_sample_at, path_at, shading_point_at
 from ...kernels.shadow import transmittance
-from ...kernels.vec import vec
+from ...kernels.vec import is_black, load3_f32, scale, vec
 from .reservoir import NOTHING
 
 DARK = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # by class of lobes
@@ -120,6 +120,15 @@ def load_light(frame, pixel):
         load_f32(light, 0), load_f32(light, 1), load_f32(light, 2), load_f32(light, 3), load_f32(light, 4),
         load_f32(light, 5), load_f32(light, 6), load_f32(light, 7), load_f32(light, 8),
     )  # fmt: skip
+
+
+@inlined
+def variate_at(frame, pixel, share):
+    """A share of the variate that a pixel's candidates have left, to be added to what lights it: nine floats."""
+    variate = load3_f32(frame.variates, pixel)
+    if is_black(variate):
+        return DARK
+    return masked(variate_class(point_at(frame, pixel)), scale(variate, share))
 
 
 @inlined

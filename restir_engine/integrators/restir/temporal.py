@@ -81,7 +81,7 @@ def _reuse_pixel(scene, integrator, frame, scene_before, before, motion, reuse, 
     total = weigh(table, n, kind)
     chosen = choose(table, n, total, rng.sample1(key, 0, DIM_CHOICE))
     settle(reuse, scratch, n, kind, total, chosen, to)
-    leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to, last)
+    leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to, last, 1)
 
 
 @device
