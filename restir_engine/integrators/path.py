@@ -25,6 +25,7 @@ from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf
 from ..kernels.media.calls import ENDED, PASSES, pass_boundary, pass_media, start_segment, through_media
 from ..kernels.memory import address
 from ..kernels.path_state import (
+    COUNTED,
     DIM_DIRECTION,
     DIM_LOBE,
     DIM_ROULETTE,
@@ -144,7 +145,7 @@ def arrive(scene, camera, integrator, film, scratch, path, sp):
     inherit(sp, path, t)
     if path.flags & RAY_DIFFUSE:
         sp.ray_flags |= integrator.after_diffuse
-    if scene.n_lights > 0:
+    if scene.n_lights > 0 and path.mis_pdf != COUNTED:
         add_lamps(scene, integrator, film, scratch, path, sp, t)
     event = pass_media(scene, integrator, film, scratch, path, t, instance)
     if event != PASSES:

@@ -28,6 +28,10 @@ from .vec import max3, mul, put, vec
 
 FAR = 1.0e30
 
+# In place of PATH.mis_pdf where light sampling has been counted in full: so small that what it finds with any density,
+# as it does every lamp, has no weight.
+COUNTED = 1.0e-200
+
 # Values of `last` in a PATH record: the path may still find light on its ray and on surfaces that let it through, or
 # may find light on its ray only.
 LAST, LAST_BEFORE_SURFACE = 1, 2

@@ -6,15 +6,13 @@ from ...kernels.intersect import put_nearest
 from ...kernels.jit import inlined, kernel
 from ...kernels.media.calls import media_around
 from ...kernels.memory import load_f32, record_address
+from ...kernels.path_state import COUNTED
 from ...kernels.records import SCRATCH_CLOSURES, SCRATCH_PATH, path_at, shading_point_at
 from ...kernels.vec import mul, vec
 from ..path import ARRIVES, GOES_ON, bounce, tile_point, trace_path
 from .frame import UNTRACED, hit_at
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS, copy_words
 from .target import load_light
-
-# In place of PATH.mis_pdf: so small that what light sampling finds with any density has no weight.
-COUNTED = 1e-200
 
 
 @inlined
