@@ -30,7 +30,7 @@ SSS_METHODS = (
         "HYBRID",
         "Hybrid",
         "Light that passes straight through or scatters once is traced, what scatters more often is diffusion "
-        "that knows how thick the object is: within 3 % of random walks in the mean, up to 22 % too dark where "
+        "that knows how thick the object is: within 2 % of random walks in the mean, up to 18 % too dark where "
         "a lamp shines from behind through a dense body",
     ),
     (

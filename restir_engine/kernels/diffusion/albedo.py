@@ -20,7 +20,7 @@ _REFLECTED = _SINGLE + _G * _MU
 _TRANSMITTED = _REFLECTED + _S * _G * _MU * _B
 _NEAR = _TRANSMITTED + _S * _G * _MU * _B
 _FAR = _NEAR + _S * _B
-_ROUND = _FAR + _S * _B
+_BEND = _FAR + _S * _B
 
 
 @inlined
@@ -84,16 +84,15 @@ def slab_albedos(table, s, g, mu, b):
 
 @inlined
 def shape_factors(table, s, b):
-    """Factors of the profile's scale in a slab, (on the side where light enters, on the other), and a ball's light over
-    that of a slab as thick as it."""
+    """(near, far, bend): factors of the profile's scale on the two sides of a slab, and what a curved surface adds."""
     i, fi = _cell(s * (_S - 1), _S)
     k, fk = _cell(_BY_ROW * log(max(b, _THINNEST) / _THINNEST), _B)
-    near = far = ball = 0.0
+    near = far = bend = 0.0
     for corner in range(4):
         a, c = corner >> 1, corner & 1
         w = (fi if a else 1.0 - fi) * (fk if c else 1.0 - fk)
         at = (i + a) * _B + k + c
         near += w * load_f32(table, _NEAR + at)
         far += w * load_f32(table, _FAR + at)
-        ball += w * load_f32(table, _ROUND + at)
-    return near, far, 1.0 + (ball - 1.0) * min(_THICKEST / b, 1.0)  # what is left is the curvature, in mean free paths
+        bend += w * load_f32(table, _BEND + at)
+    return near, far, bend

@@ -6,9 +6,10 @@ half space returns what it does for that direction of entry.
 
 The profile knows nothing of the object's thickness, which is not in the paper. Where that is asked for, its parts on
 the near and on the far side are scaled by what a slab of the local thickness reflects and transmits, and are as wide as
-what it spreads; both by what a ball returns beside that, as far as the object is round. A point that faces the same way
-lies on the near side, one that faces the opposite way on the far one, and the share of the latter in between is the
-square of half of one less the normals' cosine. Thickness and roundness are found by the boundary's ray.
+what it spreads. A point that faces the same way lies on the near side, one that faces the opposite way on the far one,
+and the share of the latter in between is the square of half of one less the normals' cosine. Where the surface curves
+away between two points there is more, or in thin objects less light, so that a ball returns what it has to. The
+thickness is found by the boundary's ray.
 """
 
 import math
@@ -33,12 +34,12 @@ from ..records import (
     shading_point_at,
 )
 from ..scatter_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
-from ..vec import dot, load3_f64, madd, max3, mul, neg, scale, vec
+from ..vec import dot, load3_f64, madd, max3, mul, neg, scale, sub, vec
 from .albedo import shape_factors, similar, single_albedo, slab_albedos, total_albedo
 from .diffusion import DIM_AXIS, channel_shares, probe_around
 from .exits import exit_at, light_exits, put_exit
 from .medium import channels, far_share, multiple_shape, profile_scales
-from .probe import H_EVENTS, H_NORMAL, H_PDF, H_WEIGHT, hit_distance
+from .probe import H_EVENTS, H_NORMAL, H_PDF, H_POINT, H_WEIGHT, hit_distance
 from .profile import REACH
 
 # The far side of a slab that is thick against its profile gets at most so many times what the profile has there.
@@ -70,19 +71,18 @@ def first_hit(scene, scratch, sp, o, d):
 
 @device
 def _thickness(scene, scratch, sp, d, mu, t, primitive):
-    """(thickness, roundness) of the object below `sp`: exact for a slab and for a ball, whatever the ray along d.
+    """How thick the object is below `sp`: exactly that of a slab and of a ball, whatever the boundary's ray along d.
 
-    The boundary's ray, the last of the scratch's, has met the triangle at t. Between parallel faces the thickness is
-    t mu, in a ball it is t / mu; half of one less the normals' cosine is 1 between parallel faces, mu² in a ball.
-    Roundness is 0 and 1.
+    The ray, the last of the scratch's, has met the triangle at t. Between parallel faces the thickness is t mu; in a
+    ball it is t / mu, and the normals' angle tells the two apart: half of one less their cosine is 1 between parallel
+    faces, mu² in a ball.
     """
     if primitive < 0:
-        return FAR, 0.0
+        return FAR
     n = hit_normal(scene, scratch, sp.instance)
     if dot(n, d) < 0.0:
         n = neg(n)
-    away = 0.5 - 0.5 * dot(n, vec(sp.ng))
-    return t * mu / max(away, 1.0e-6), min(max(1.0 - away, 0.0) / max(1.0 - mu * mu, 1.0e-6), 1.0)
+    return t * mu / max(0.5 - 0.5 * dot(n, vec(sp.ng)), 1.0e-6)
 
 
 @inlined
@@ -177,24 +177,23 @@ def _channel_of(share, u):
 
 
 @device
-def _sides(table, multiple, sigma_t, alpha, g, mu, thickness, roundness, aware):
-    """One channel's (near, far, wide near, wide far): factors of the profile, and of its scale, on either side.
+def _sides(table, multiple, sigma_t, alpha, g, mu, thickness, aware):
+    """One channel's (near, far, wide near, wide far, bend): factors of the profile, and of its scale, on either side.
 
-    multiple: the part of the light that a half space returns after two scatterings and more.
+    bend: what a surface that curves away adds; multiple: the part of the light that a half space returns after two
+    scatterings and more.
     """
     s = similar(alpha, g)
     if not aware or thickness >= FAR or not multiple > 0.0:
-        return 1.0, 1.0, 1.0, 1.0
+        return 1.0, 1.0, 1.0, 1.0, 0.0
     d, d0, share = profile_scales(sigma_t, alpha, g)
     b = sigma_t * (1.0 - g * alpha) * thickness
     reflected, transmitted = slab_albedos(table, s, g, mu, b)
-    wide_near, wide_far, ball = shape_factors(table, s, b)
+    wide_near, wide_far, bend = shape_factors(table, s, b)
     beyond = multiple * far_share(thickness, wide_far * d, wide_far * d0, share)
     far = min(transmitted / max(beyond, 1.0e-30), _MOST)
     # What the profile cannot bring to the far side stays on the near one: a thick slab is a half space.
-    near = (reflected + transmitted - far * beyond) / multiple
-    form = 1.0 + roundness * (ball - 1.0)
-    return form * near, form * far, wide_near, wide_far
+    return (reflected + transmitted - far * beyond) / multiple, far, wide_near, wide_far, bend
 
 
 @inlined
@@ -203,18 +202,28 @@ def _sampled(near, far):
     return 0.5 * (near + min(far, 1.0))
 
 
+@inlined
+def _turn(offset, r, n, ny):
+    """(the far side's share, how far the surface curves away) of a point at `offset`, which is r long; ny: its normal.
+
+    The latter is the sine of the normals' angle on a ball, 0 on both sides of a slab, negative in a hollow.
+    """
+    half = 0.5 - 0.5 * dot(n, ny)
+    return half * half, dot(offset, sub(ny, n)) / max(r, 1.0e-30) * math.sqrt(max(1.0 - half, 0.0))
+
+
 @device
-def _multiple(scene, table, scratch, path, sp, weight, part, u_axis, u_radius, sigma_t, alpha, g, mu, shape):
+def _multiple(scene, table, scratch, path, sp, weight, part, u_axis, u_radius, sigma_t, alpha, g, mu, thickness):
     """Make exits of the probe's hits, weighted by what scatters twice and more; how many.
 
-    part: by channel, what a half space returns of it; shape: (thickness, roundness).
+    part: by channel, what a half space returns of it.
     """
-    thickness, roundness = shape
     albedos, aware = load_i64(table, ALBEDOS), load_i64(table, FLAGS) & THICKNESS_AWARE != 0
-    n0, f0, a0, b0 = _sides(albedos, part[0], sigma_t[0], alpha[0], g, mu, thickness, roundness, aware)
-    n1, f1, a1, b1 = _sides(albedos, part[1], sigma_t[1], alpha[1], g, mu, thickness, roundness, aware)
-    n2, f2, a2, b2 = _sides(albedos, part[2], sigma_t[2], alpha[2], g, mu, thickness, roundness, aware)
+    n0, f0, a0, b0, c0 = _sides(albedos, part[0], sigma_t[0], alpha[0], g, mu, thickness, aware)
+    n1, f1, a1, b1, c1 = _sides(albedos, part[1], sigma_t[1], alpha[1], g, mu, thickness, aware)
+    n2, f2, a2, b2, c2 = _sides(albedos, part[2], sigma_t[2], alpha[2], g, mu, thickness, aware)
     near, far, wide_near, wide_far = (n0, n1, n2), (f0, f1, f2), (a0, a1, a2), (b0, b1, b2)
+    bend = (c0, c1, c2)
     full = mul(weight, part)
     d0, s0, p0 = profile_scales(sigma_t[0], alpha[0], g)
     d1, s1, p1 = profile_scales(sigma_t[1], alpha[1], g)
@@ -227,8 +236,9 @@ def _multiple(scene, table, scratch, path, sp, weight, part, u_axis, u_radius, s
         hit = exit_at(scratch, k)
         pdf = load_f64(hit, H_PDF)
         r = hit_distance(hit, x)
-        away = 0.5 - 0.5 * dot(load3_f64(hit, H_NORMAL), n) if aware else 0.0
-        away *= away
+        away = turned = 0.0
+        if aware:
+            away, turned = _turn(sub(load3_f64(hit, H_POINT), x), r, n, load3_f64(hit, H_NORMAL))
         for c in range(3):
             w = 0.0
             if full[c] > 0.0 and r <= REACH * sampled[c] and pdf > 0.0:
@@ -236,7 +246,7 @@ def _multiple(scene, table, scratch, path, sp, weight, part, u_axis, u_radius, s
                 w = (1.0 - away) * near[c] * multiple_shape(r, a * d[c], a * single[c], share[c])
                 if away > _NEARLY_NONE:
                     w += away * far[c] * multiple_shape(max(r, thickness), b * d[c], b * single[c], share[c])
-                w *= full[c] / pdf
+                w *= max(1.0 + bend[c] * turned, 0.0) * full[c] / pdf
             store_f64(hit, H_WEIGHT + c, w)
         store_f64(hit, H_EVENTS, 2.0)
     return found
@@ -260,7 +270,7 @@ def hybrid(scene, integrator, film, scratch, _):
     mu = -dot(d, vec(sp.ng))
     o = vec(sp.p)
     t, primitive, u, v = first_hit(scene, scratch, sp, o, d)
-    shape = _thickness(scene, scratch, sp, d, mu, t, primitive)
+    thickness = _thickness(scene, scratch, sp, d, mu, t, primitive)
     through = _attenuation(sigma_t, t)
     albedos = load_i64(table, ALBEDOS)
     back = single_albedo(albedos, g, mu)
@@ -280,7 +290,7 @@ def hybrid(scene, integrator, film, scratch, _):
     p_often, p_once = min(_TRIES * often / scattered, 1.0), min(_TRIES * once / scattered, 1.0)
     if u_term >= 1.0 - p_often:
         w, u_axis = scale(weight, 1.0 / p_often), min((u_term - (1.0 - p_often)) / p_often, 1.0)
-        n = _multiple(scene, table, scratch, path, sp, w, multiple, u_axis, u_radius, sigma_t, alpha, g, mu, shape)
+        n = _multiple(scene, table, scratch, path, sp, w, multiple, u_axis, u_radius, sigma_t, alpha, g, mu, thickness)
     if u_term < p_once:
         analog = load_i64(table, FLAGS) & ANALOG_ESCAPE != 0
         w, place = scale(weight, 1.0 / p_once), exit_at(scratch, n)

@@ -5,9 +5,9 @@ too thin to scatter twice is doubled until nothing comes through it any more. Bo
 is Henyey and Greenstein's. A row of `total` and `single` belongs to a half space, one of `reflected` and `transmitted`
 to a slab; all are parts of the light that enters along one direction. Of `transmitted` the logarithm is kept.
 `near` and `far` are factors of the profile's scale with which it spreads that light as far to the side as it is in an
-isotropic slab, on the side where it entered and on the other. `round` is what a ball returns after two isotropic
-scatterings and more, over what HYBRID with the tables above makes of it, both under even light and diffuse entry: a
-ball is not a slab as thick as it, and not a half space either however dense it is.
+isotropic slab, on the side where it entered and on the other. `bend` is how much is added to a factor of 1 between two
+points of a ball, times the sine of their normals' angle, so that it returns what it does under even light (diffuse
+entry, after two isotropic scatterings and more): it is no slab, and no half space either however dense it is.
 
 Axes: s = √(1 - α*), α* = (1 - g) α / (1 - g α) being the albedo of the isotropic medium that is similar; g; the cosine
 of the direction of entry; and for slabs the optical thickness σ_t (1 - g α) thickness, in powers of √2.
@@ -28,7 +28,7 @@ S = np.linspace(0.0, 1.0, 17)
 G = np.linspace(-0.9, 0.9, 13)
 MU = np.square(np.linspace(0.0, 1.0, 7))
 THICKNESS = 2.0 ** np.arange(-4, 5.25, 0.5)
-NAMES = ("total", "single", "reflected", "transmitted", "near", "far", "round")
+NAMES = ("total", "single", "reflected", "transmitted", "near", "far", "bend")
 _MOST = 64.0  # far light over that of the profile, as HYBRID bounds it
 
 
@@ -182,10 +182,11 @@ def ball(diameter: float, s: np.ndarray, photons: int, seed: int = 1) -> np.ndar
     return total / photons
 
 
-def roundness(tables: dict[str, np.ndarray], photons: int = 400_000) -> np.ndarray:
-    """The table `round` [S, THICKNESS] from the others; for α = 0, what it is for the smallest α.
+def bend(tables: dict[str, np.ndarray], photons: int = 400_000) -> np.ndarray:
+    """The table `bend` [S, THICKNESS] from the others; for α = 0, what it is for the smallest α.
 
-    On a ball of diameter b the area within a chord r is π r², and the far side's share of a point is (r / b)⁴.
+    On a ball of diameter b the area within a chord r is π r²; the far side's share of a point is x⁴, x = r / b, and the
+    sine of the normals' angle 2 x √(1 - x²).
     """
     mu, weight = (0.5 * (x + 1.0) for x in np.polynomial.legendre.leggauss(24))
     weight = 2.0 * (weight - 0.5) * mu
@@ -194,11 +195,11 @@ def roundness(tables: dict[str, np.ndarray], photons: int = 400_000) -> np.ndarr
     def entered(table: np.ndarray) -> np.ndarray:
         return np.array([np.interp(np.sqrt(mu), np.sqrt(MU), row) for row in table.reshape(-1, len(MU))])
 
-    result = np.ones((len(S), len(THICKNESS)))
+    result, x = np.zeros((len(S), len(THICKNESS))), (np.arange(8000) + 0.5) / 8000
     once = entered(tables["single"][isotropic])[0]
     for k, b in enumerate(THICKNESS):
         truth = ball(b, S, photons)
-        r = (np.arange(4000) + 0.5) / 4000 * b
+        r = x * b
         for i, s in enumerate(S[:-1]):
             albedo = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
             d, share = (
@@ -207,12 +208,12 @@ def roundness(tables: dict[str, np.ndarray], photons: int = 400_000) -> np.ndarr
             )
 
             def shape(r, wide, d=d, share=share):
-                parts = ((1.0, d), (-share, 1.0 / SINGLE_SHAPE))
-                profile = (w * (np.exp(-r / (wide * x)) + np.exp(-r / (3 * wide * x))) / (wide * x) for w, x in parts)
-                return sum(profile) / (8.0 * np.pi * r * (1.0 - share))
+                parts = ((1.0, wide * d), (-share, wide / SINGLE_SHAPE))
+                profile = sum(w * (np.exp(-r / scale) + np.exp(-r / (3.0 * scale))) / scale for w, scale in parts)
+                return profile / (8.0 * np.pi * r * (1.0 - share))
 
-            def beyond(x, b=b):
-                return 0.25 * np.exp(-b / x) + 0.75 * np.exp(-b / (3.0 * x))
+            def beyond(scale, b=b):
+                return 0.25 * np.exp(-b / scale) + 0.75 * np.exp(-b / (3.0 * scale))
 
             near, far = tables["near"][i, k], tables["far"][i, k]
             multiple = entered(tables["total"][i, isotropic])[0] - (1.0 - s * s) * once
@@ -220,11 +221,10 @@ def roundness(tables: dict[str, np.ndarray], photons: int = 400_000) -> np.ndarr
             transmitted = np.exp(entered(tables["transmitted"][i, isotropic, :, k])[0])
             brought = multiple * (beyond(far * d) - share * beyond(far / SINGLE_SHAPE)) / (1.0 - share)
             factor = np.minimum(transmitted / np.maximum(brought, 1e-30), _MOST)
-            here = ((1.0 - (r / b) ** 4) * shape(r, near) * 2.0 * np.pi * r).mean() * b
-            there = np.pi * b * b / 3.0 * shape(b, far)
-            result[i, k] = truth[i] / (
-                ((reflected + transmitted - factor * brought) * here + multiple * factor * there) @ weight
-            )
+            close = (reflected + transmitted - factor * brought) @ weight * (1.0 - x**4) * shape(r, near)
+            light = (close + multiple * factor @ weight * x**4 * shape(b, far)) * 2.0 * np.pi * r * b
+            turned = (light * 2.0 * x * np.sqrt(1.0 - x * x)).mean()
+            result[i, k] = (truth[i] - light.mean()) / turned
     result[-1] = result[-2]
     return result
 
@@ -255,7 +255,7 @@ def make() -> None:
     transmitted = np.log(np.maximum(transmitted, 1e-30))
     tables = (total, once, np.maximum(reflected, 0.0), transmitted, near, far)
     tables = dict(zip(NAMES[:-1], tables, strict=True))
-    tables["round"] = roundness(tables)
+    tables["bend"] = bend(tables)
     np.savez_compressed(_FILE, **{name: table.astype(np.float32) for name, table in tables.items()})
 
 
