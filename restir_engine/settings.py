@@ -49,7 +49,7 @@ class RenderSettings:
     restir_light_samples: int = 1  # a pixel and frame, at the first vertex
     restir_exit_lights: int = 8  # light samples where light leaves a surface below which it was scattered
     restir_temporal: bool = False  # a sample's reservoirs are reused by the next
-    restir_rounds: int = 1  # of spatial reuse
+    restir_rounds: int = 0  # of spatial reuse
     restir_neighbours: int = 3  # of a pixel in each round
     restir_radius: float = 16.0  # pixels, within which they are
     restir_confidence_cap: float = 20.0  # samples that the history counts for at most
