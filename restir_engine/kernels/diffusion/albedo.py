@@ -49,37 +49,40 @@ def single_albedo(table, g, mu):
 
 
 @inlined
-def _cube(table, start, stride, s, g, mu):
-    """An entry of a table over (s, g, mu), whose entries lie `stride` apart."""
+def total_albedo(table, s, g, mu):
+    """The part of the light that comes back from a half space."""
     i, fi = _cell(s * (_S - 1), _S)
     j, fj = _cell((g - _FIRST_G) / _STEP_G, _G)
     k, fk = _cell(math.sqrt(mu) * (_MU - 1), _MU)
     total = 0.0
     for corner in range(8):
-        a, b, c = corner >> 2, (corner >> 1) & 1, corner & 1
-        w = (fi if a else 1.0 - fi) * (fj if b else 1.0 - fj) * (fk if c else 1.0 - fk)
-        total += w * load_f32(table, start + stride * (((i + a) * _G + j + b) * _MU + k + c))
+        a, c, e = corner >> 2, (corner >> 1) & 1, corner & 1
+        w = (fi if a else 1.0 - fi) * (fj if c else 1.0 - fj) * (fk if e else 1.0 - fk)
+        total += w * load_f32(table, ((i + a) * _G + j + c) * _MU + k + e)
     return total
-
-
-@inlined
-def total_albedo(table, s, g, mu):
-    """The part of the light that comes back from a half space."""
-    return _cube(table, 0, 1, s, g, mu)
 
 
 @device
 def slab_albedos(table, s, g, mu, b):
     """Parts of the light that a slab (reflects, transmits) after two scatterings or more."""
     thickness = min(max(b, _THINNEST), _THICKEST)
-    i, _ = _cell(_BY_ROW * log(thickness / _THINNEST), _B)
-    low = _THINNEST * exp(i / _BY_ROW)
+    row, _ = _cell(_BY_ROW * log(thickness / _THINNEST), _B)
+    low = _THINNEST * exp(row / _BY_ROW)
     f = min(max((thickness / low - 1.0) / (math.sqrt(2.0) - 1.0), 0.0), 1.0)
-    r = _cube(table, _REFLECTED + i, _B, s, g, mu) * (1.0 - f) + _cube(table, _REFLECTED + i + 1, _B, s, g, mu) * f
-    t = _cube(table, _TRANSMITTED + i, _B, s, g, mu) * (1.0 - f)
-    t = exp(t + _cube(table, _TRANSMITTED + i + 1, _B, s, g, mu) * f)
+    i, fi = _cell(s * (_S - 1), _S)
+    j, fj = _cell((g - _FIRST_G) / _STEP_G, _G)
+    k, fk = _cell(math.sqrt(mu) * (_MU - 1), _MU)
+    r = t = 0.0
+    for corner in range(8):
+        a, c, e = corner >> 2, (corner >> 1) & 1, corner & 1
+        w = (fi if a else 1.0 - fi) * (fj if c else 1.0 - fj) * (fk if e else 1.0 - fk)
+        if w > 0.0:  # half of them are not where g is 0, which has a row of its own
+            at = _B * (((i + a) * _G + j + c) * _MU + k + e) + row
+            here, there = w * (1.0 - f), w * f
+            r += here * load_f32(table, _REFLECTED + at) + there * load_f32(table, _REFLECTED + at + 1)
+            t += here * load_f32(table, _TRANSMITTED + at) + there * load_f32(table, _TRANSMITTED + at + 1)
     thin = min(b / _THINNEST, 1.0)  # both grow with the square of a small thickness
-    return r * thin * thin, t * thin * thin
+    return r * thin * thin, exp(t) * thin * thin
 
 
 @inlined

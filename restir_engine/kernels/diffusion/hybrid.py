@@ -48,6 +48,9 @@ _MOST = 64.0
 # Single and multiple scattering are each followed with a probability of their share of the light times this.
 _TRIES = 2.0
 
+# On the far side a thick object spreads light about as far as it is thick, its profile on the near one much less.
+_WIDER = 2.0
+
 _OUT = 0.6  # how often a half space's single scattering is looked for from outside, at g = 0
 _GRAZING = 1.0e-4  # cosine
 _NEARLY_NONE = 1.0e-7
@@ -177,16 +180,15 @@ def _channel_of(share, u):
 
 
 @device
-def _sides(table, multiple, sigma_t, alpha, g, mu, thickness, aware):
+def _sides(table, multiple, d, d0, share, sigma_t, alpha, g, mu, thickness, aware):
     """One channel's (near, far, wide near, wide far, bend): factors of the profile, and of its scale, on either side.
 
     bend: what a surface that curves away adds; multiple: the part of the light that a half space returns after two
-    scatterings and more.
+    scatterings and more; d, d0, share: see profile_scales.
     """
-    s = similar(alpha, g)
     if not aware or thickness >= FAR or not multiple > 0.0:
         return 1.0, 1.0, 1.0, 1.0, 0.0
-    d, d0, share = profile_scales(sigma_t, alpha, g)
+    s = similar(alpha, g)
     b = sigma_t * (1.0 - g * alpha) * thickness
     reflected, transmitted = slab_albedos(table, s, g, mu, b)
     wide_near, wide_far, bend = shape_factors(table, s, b)
@@ -200,6 +202,17 @@ def _sides(table, multiple, sigma_t, alpha, g, mu, thickness, aware):
 def _sampled(near, far):
     """The factor of the scale with which the probe looks for both sides."""
     return 0.5 * (near + min(far, 1.0))
+
+
+@inlined
+def _widened(d, full):
+    """The scales d with which the probe looks, that of the brightest channel wide enough for the far side."""
+    most = max3(full)
+    return (
+        _WIDER * d[0] if full[0] == most else d[0],
+        _WIDER * d[1] if full[1] == most else d[1],
+        _WIDER * d[2] if full[2] == most else d[2],
+    )
 
 
 @inlined
@@ -219,18 +232,18 @@ def _multiple(scene, table, scratch, path, sp, weight, part, u_axis, u_radius, s
     part: by channel, what a half space returns of it.
     """
     albedos, aware = load_i64(table, ALBEDOS), load_i64(table, FLAGS) & THICKNESS_AWARE != 0
-    n0, f0, a0, b0, c0 = _sides(albedos, part[0], sigma_t[0], alpha[0], g, mu, thickness, aware)
-    n1, f1, a1, b1, c1 = _sides(albedos, part[1], sigma_t[1], alpha[1], g, mu, thickness, aware)
-    n2, f2, a2, b2, c2 = _sides(albedos, part[2], sigma_t[2], alpha[2], g, mu, thickness, aware)
-    near, far, wide_near, wide_far = (n0, n1, n2), (f0, f1, f2), (a0, a1, a2), (b0, b1, b2)
-    bend = (c0, c1, c2)
     full = mul(weight, part)
     d0, s0, p0 = profile_scales(sigma_t[0], alpha[0], g)
     d1, s1, p1 = profile_scales(sigma_t[1], alpha[1], g)
     d2, s2, p2 = profile_scales(sigma_t[2], alpha[2], g)
+    n0, f0, a0, b0, c0 = _sides(albedos, part[0], d0, s0, p0, sigma_t[0], alpha[0], g, mu, thickness, aware)
+    n1, f1, a1, b1, c1 = _sides(albedos, part[1], d1, s1, p1, sigma_t[1], alpha[1], g, mu, thickness, aware)
+    n2, f2, a2, b2, c2 = _sides(albedos, part[2], d2, s2, p2, sigma_t[2], alpha[2], g, mu, thickness, aware)
+    near, far, wide_near, wide_far = (n0, n1, n2), (f0, f1, f2), (a0, a1, a2), (b0, b1, b2)
+    bend = (c0, c1, c2)
     d, single, share = (d0, d1, d2), (s0, s1, s2), (p0, p1, p2)
     x, n = vec(sp.p), vec(sp.ng)
-    sampled = (d0 * _sampled(a0, b0), d1 * _sampled(a1, b1), d2 * _sampled(a2, b2))
+    sampled = _widened((d0 * _sampled(a0, b0), d1 * _sampled(a1, b1), d2 * _sampled(a2, b2)), full)
     found = probe_around(scene, table, scratch, path, sp, full, sampled, u_axis, u_radius)
     for k in range(found):
         hit = exit_at(scratch, k)
