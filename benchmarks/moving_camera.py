@@ -1,8 +1,8 @@
 """One frame of RESTIR after sixteen of a moving camera, beside PATH: `python -m benchmarks.moving_camera`.
 
 Lamps over a floor with boxes, one sample a pixel and frame, one thread. PATH takes as many samples as fit into the time
-that a frame of RESTIR takes on the CPU (of both the least that was measured: other load on the machine only adds). Prints
-the ratio of their relMSE against a converged picture; direct light alone where no bounces are asked for.
+that a frame of RESTIR takes on the CPU (of both the least that was measured: other load on the machine only adds).
+Prints the ratio of their relMSE against a converged picture; direct light alone where no bounces are asked for.
 """
 
 from __future__ import annotations
