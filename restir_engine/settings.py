@@ -46,8 +46,8 @@ class RenderSettings:
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
     restir_candidates: int = 64  # points of light tiles of which a light sample is one
-    restir_light_samples: int = 1  # a pixel and frame, at the first vertex
-    restir_exit_lights: int = 8  # light samples where light leaves a surface below which it was scattered
+    restir_light_samples: int = 2  # a pixel and frame, at the first vertex
+    restir_exit_lights: int = 4  # light samples where light leaves a surface below which it was scattered
     restir_temporal: bool = False  # a sample's reservoirs are reused by the next
     restir_rounds: int = 0  # of spatial reuse
     restir_neighbours: int = 3  # of a pixel in each round
