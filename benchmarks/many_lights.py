@@ -66,7 +66,8 @@ def triangles() -> Iterator[str]:
     order = np.random.default_rng(1).permutation(faces)
     per_face = len(mesh.loop_triangles) / faces if mesh.loop_triangles else len(mesh.polygons[0].vertices) - 2
     first = None
-    yield f"| of {round(faces * per_face):,} triangles emit | processor seconds of {SAMPLES} frames | ratio |\n|---|---|---|"
+    of = f"{round(faces * per_face):,}"
+    yield f"| of {of} triangles emit | processor seconds of {SAMPLES} frames | ratio |\n|---|---|---|"
     for count in COUNTS:
         emits = np.zeros(faces, np.int32)
         emits[order[: round(count / per_face)]] = 1
