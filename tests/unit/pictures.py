@@ -189,22 +189,22 @@ def render(scene: Scene, samples: int, **settings) -> np.ndarray:
     return session.combined()[:, :, :3]
 
 
-def frames(scene: Scene, samples: int, **settings) -> np.ndarray:
+def frames(scene: Scene, samples: int, groups: int = 24, **settings) -> np.ndarray:
     """Means of groups of samples with their own seeds, (groups, height, width, 3), for error bars."""
-    return np.stack([render(scene, samples, seed=seed, **settings) for seed in range(12)])
+    return np.stack([render(scene, samples, seed=seed, **settings) for seed in range(groups)])
 
 
 def compare(a: np.ndarray, b: np.ndarray, block: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(relative difference of the means by channel, its standard error, z by block of pixels) of two `frames`."""
 
     def blocks(x):
-        n, h, w, _ = x.shape
-        return x.reshape(n, h // block, block, w // block, block, 3).mean((2, 4))
+        n, h, w, channels = x.shape
+        return x.reshape(n, h // block, block, w // block, block, channels).mean((2, 4))
 
     mean = b.mean((0, 1, 2))
     off = (a.mean((0, 1, 2)) - mean) / mean
     error = np.hypot(*(x.mean((1, 2)).std(0, ddof=1) / math.sqrt(len(x)) for x in (a, b))) / mean
     a, b = blocks(a), blocks(b)
     spread = np.hypot(*(x.std(0, ddof=1) / math.sqrt(len(x)) for x in (a, b)))
-    z = (a.mean(0) - b.mean(0)) / np.maximum(spread, 1e-12)
+    z = (a.mean(0) - b.mean(0)) / np.maximum(spread, 1e-6 * np.abs(b).mean(0) + 1e-12)  # float32 is no finer
     return off, error, z
