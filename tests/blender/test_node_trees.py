@@ -191,14 +191,18 @@ def test_cyclic_links_end():
 
 
 def test_a_long_chain_needs_few_registers():
+    """Its results together would take more than there are; adding a node to a tree takes as long as the tree is long."""
+    length = rec.MAX_REGISTERS // 3 + 20
+
     def build(tree):
         socket = _uv(tree)
-        for _ in range(1500):
-            socket = add_node(tree, "ShaderNodeMath", inputs={"Value": socket, "Value_001": 0.001}).outputs[0]
+        for _ in range(length):
+            inputs = {"Vector": socket, "Vector_001": (0.001, 0.002, 0.003)}
+            socket = add_node(tree, "ShaderNodeVectorMath", inputs=inputs).outputs[0]
         return socket
 
     program, warnings = _compile(build)
-    assert not warnings and len(program.code) > 1500 * 6
+    assert not warnings and len(program.code) > length * 5
 
 
 def test_flags_and_estimate_of_emission():
