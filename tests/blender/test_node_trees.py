@@ -191,7 +191,7 @@ def test_cyclic_links_end():
 
 
 def test_a_long_chain_needs_few_registers():
-    """Its results together would take more than there are; adding a node to a tree takes as long as the tree is long."""
+    """Its results together are more than there are registers. Few nodes: adding one to a long tree takes long."""
     length = rec.MAX_REGISTERS // 3 + 20
 
     def build(tree):

@@ -11,7 +11,7 @@ import pytest
 from pictures import LIGHTS, compare, frames, picture_scene
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-GROUPS = {"mesh": 80, "many": 48, "spot": 24, "both BALANCE": 32, "1/M": 32}  # renders of what has the most noise
+GROUPS = {"mesh": 80, "many": 64, "spot": 24, "both BALANCE": 32, "1/M": 32}  # renders of what has the most noise
 SAMPLES, PATH_SAMPLES = 4, 16  # of each render
 
 
