@@ -189,9 +189,9 @@ def render(scene: Scene, samples: int, **settings) -> np.ndarray:
     return session.combined()[:, :, :3]
 
 
-def frames(scene: Scene, samples: int, groups: int = 24, **settings) -> np.ndarray:
+def frames(scene: Scene, samples: int, seeds=range(24), **settings) -> np.ndarray:
     """Means of groups of samples with their own seeds, (groups, height, width, 3), for error bars."""
-    return np.stack([render(scene, samples, seed=seed, **settings) for seed in range(groups)])
+    return np.stack([render(scene, samples, seed=seed, **settings) for seed in seeds])
 
 
 def compare(a: np.ndarray, b: np.ndarray, block: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
