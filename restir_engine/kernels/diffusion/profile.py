@@ -11,7 +11,7 @@ transmission, with which R - R₁ is nowhere negative; with the one for a perpen
 
 import math
 
-from ..fastmath import exp, log
+from ..fastmath import exp
 from ..jit import device, inlined
 
 # A′(0) of A(α) = (1 - √(1 - α)) / (1 + 1.554 √(1 - α)); the exact value is (2/3)(1 - ln 2) = 0.2046.
@@ -58,8 +58,8 @@ def profile_radius(u, d):
     """The r of profile_cdf(r, d) = u, in closed form (Golubev 2019): with e = e^(-r/3d) a cubic equation."""
     v = max(1.0 - u, 1e-12)
     w = 1.0 + 4.0 * v * (2.0 * v + math.sqrt(1.0 + 4.0 * v * v))
-    root = exp(log(w) * (1.0 / 3.0))
-    return 3.0 * d * log((1.0 + root + 1.0 / root) / (4.0 * v))
+    root = w ** (1.0 / 3.0)
+    return 3.0 * d * math.log((1.0 + root + 1.0 / root) / (4.0 * v))
 
 
 @device
