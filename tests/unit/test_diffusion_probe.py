@@ -12,7 +12,7 @@ from restir_engine.kernels.diffusion import probe as pr
 from restir_engine.kernels.diffusion.profile import F_REACH, REACH, profile
 from restir_engine.kernels.jit import kernel
 from restir_engine.kernels.memory import address, load_f64, store_f64
-from restir_engine.kernels.vec import load3_f64
+from restir_engine.kernels.vec import dot, load3_f64
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
 from restir_engine.scene.scene import Scene
@@ -24,10 +24,11 @@ def integrate(scene, scratch, note, x, n, w, d, samples, seed, out):
     """For each sample Σ over the hits of B_c / density, and the number of hits: float64 [samples, 4]."""
     weights, scales = load3_f64(w, 0), load3_f64(d, 0)
     at = load3_f64(x, 0)
+    z = dot(weights, scales)
     for i in range(samples):
         u0, u1 = rng.sample2(seed, i, 0)
         u2, u3 = rng.sample2(seed, i, 1)
-        kept, found = pr.probe(scene, scratch, note, 0, at, load3_f64(n, 0), 1.0, weights, scales, u0, u1, u2, u3)
+        kept, found = pr.probe(scene, scratch, note, 0, at, load3_f64(n, 0), 1.0, z, weights, scales, u0, u1, u2, u3)
         store_f64(out, 4 * i + 3, float(found))
         for k in range(kept):
             hit = scratch + pr.HITS + 8 * pr.HIT * k

@@ -1,6 +1,6 @@
-"""The mixture of axes and channels that probes choose from, turned round: by which numbers a probe finds a given point.
+"""The mixture of lines and channels that probes choose from, turned round: by which numbers a probe finds a given point.
 
-A point x₂ that a probe from x₁ found may have come by several axes and channels. Chosen by their posterior, with the
+A point x₂ that a probe from x₁ found may have come by several lines and channels. Chosen by their posterior, with the
 numbers of radius and angle computed from the point, they are distributed as those that found it: what replaying a path
 with random numbers of its own needs (King et al. 2013; sequential shifts of resampled subsurface paths).
 
@@ -22,17 +22,20 @@ from restir_engine.kernels.memory import address, load_f64, store_f64
 from restir_engine.kernels.vec import load3_f64
 
 SCALES, WEIGHTS = np.array([0.1, 0.2, 0.4]), np.array([0.5, 0.3, 0.2])
-AXES = np.array([pr.NORMAL_SHARE, pr.TANGENT_SHARE, pr.TANGENT_SHARE])
+# Lines through the point below x, towards its plane or of any direction, and lines along the normal and the tangents.
+LINES = np.array([pr.TOWARDS_SHARE, pr.ANY_SHARE, pr.NORMAL_SHARE, pr.TANGENT_SHARE, pr.TANGENT_SHARE])
+PAIRS = 3 * len(LINES)
+DEPTH = 0.4
 MOST = 4  # hits of a probe that are looked at
 FIELDS = 7  # of each: position, normal, density
 
 
 @kernel
-def probe_kernel(scene, scratch, note, x, n, w, d, numbers, count, out):
+def probe_kernel(scene, scratch, note, x, n, depth, w, d, numbers, count, out):
     """Probes from x with the given random numbers (float64 [count, 4]): float64 [count, MOST, FIELDS]."""
     for i in range(count):
         kept, _ = pr.probe(
-            scene, scratch, note, 0, load3_f64(x, 0), load3_f64(n, 0), 1.0, load3_f64(w, 0), load3_f64(d, 0),
+            scene, scratch, note, 0, load3_f64(x, 0), load3_f64(n, 0), 1.0, depth, load3_f64(w, 0), load3_f64(d, 0),
             load_f64(numbers, 4 * i), load_f64(numbers, 4 * i + 1), load_f64(numbers, 4 * i + 2),
             load_f64(numbers, 4 * i + 3),
         )  # fmt: skip
@@ -59,41 +62,56 @@ class Probes:
         numbers, out = np.ascontiguousarray(numbers), np.zeros((len(numbers), MOST, FIELDS))
         probe_kernel(
             self.scene.record, address(self._scratch), pr.note_hit.address, address(self.x), address(self.n),
-            address(WEIGHTS), address(SCALES), address(numbers), len(numbers), address(out),
+            DEPTH, address(WEIGHTS), address(SCALES), address(numbers), len(numbers), address(out),
         )  # fmt: skip
         return out
 
+    def below(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Distances from the point below x (count,), unit directions from it, upwards (count, 3), and their cosines."""
+        q = points - self.x + DEPTH * self.n
+        distance = np.linalg.norm(q, axis=1)
+        direction = q / distance[:, None] * np.sign(q @ self.n)[:, None]
+        return distance, direction, direction @ self.n
+
     def joint(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
-        """Density by area of each axis and channel (count, 3, 3), and distances from the axes (count, 3)."""
+        """Density by area of each line and channel (count, 5, 3), and the distances r of the lines (count, 5)."""
         offset = points - self.x
         along = offset @ self.axes.T
-        r = np.sqrt(np.maximum((offset**2).sum(1)[:, None] - along**2, 0.0))
+        distance, direction, cosine = self.below(points)
+        flat = (DEPTH * np.sqrt(1.0 - cosine**2) / cosine)[:, None]
+        r = np.hstack([flat, flat, np.sqrt(np.maximum((offset**2).sum(1)[:, None] - along**2, 0.0))])
         x = np.maximum(r[:, :, None] / SCALES, 1e-12)
         e = np.exp(-x / 3.0)
-        profile = (e + e**3) / (8.0 * math.pi * SCALES**2 * x * F_REACH)
-        inside = np.linalg.norm(offset, axis=1)[:, None, None] <= REACH * SCALES
-        return (AXES * abs(normals @ self.axes.T))[:, :, None] * WEIGHTS * profile * inside, r
+        density = (e + e**3) / (8.0 * math.pi * SCALES**2 * x * F_REACH)
+        density[:, 0] *= (DEPTH**2 / cosine**3)[:, None] * (flat <= REACH * SCALES)
+        density[:, 1] = 0.5 / math.pi
+        density[:, 2:] *= (np.linalg.norm(offset, axis=1)[:, None] <= REACH * SCALES)[:, None, :]
+        seen = np.abs((direction * normals).sum(1) / distance**2)[:, None]
+        seen = np.hstack([seen, seen, np.abs(normals @ self.axes.T)])
+        return (LINES * seen)[:, :, None] * WEIGHTS * density, r
 
     def invert(self, points, choice, r, random) -> np.ndarray:
-        """Numbers (count, 4) that find the points by the chosen pairs of axis and channel."""
-        axis, channel = choice // 3, choice % 3
+        """Numbers (count, 4) that find the points by the chosen pairs of line and channel."""
+        line, channel = choice // 3, choice % 3
+        offset, (_, direction, cosine) = points - self.x, self.below(points)
+        axis = np.maximum(line - 2, 0)
         right, up = self.axes[(axis + 1) % 3], self.axes[(axis + 2) % 3]
-        offset = points - self.x
-        e = np.exp(-r[np.arange(len(r)), axis] / (3.0 * SCALES[channel]))
-        angle = np.arctan2((offset * up).sum(1), (offset * right).sum(1))
+        e = np.exp(-r[np.arange(len(r)), line] / (3.0 * SCALES[channel]))
+        towards = np.where(line[:, None] < 2, direction, offset)
+        angle = np.arctan2((towards * up).sum(1), (towards * right).sum(1))
         return np.column_stack(
             [
-                np.append(0.0, np.cumsum(AXES))[axis] + random[0] * AXES[axis],
+                np.append(0.0, np.cumsum(LINES))[line] + random[0] * LINES[line],
                 np.append(0.0, np.cumsum(WEIGHTS))[channel] + random[1] * WEIGHTS[channel],
-                (1.0 - 0.25 * e**3 - 0.75 * e) / F_REACH,
+                np.where(line == 1, 1.0 - cosine, (1.0 - 0.25 * e**3 - 0.75 * e) / F_REACH),
                 angle / (2.0 * math.pi) % 1.0,
             ]
         )
 
 
 def choices(numbers) -> np.ndarray:
-    """Which pair of axis and channel random numbers choose: 3 · axis + channel."""
-    return 3 * np.digitize(numbers[:, 0], np.cumsum(AXES)[:2]) + np.digitize(numbers[:, 1], np.cumsum(WEIGHTS)[:2])
+    """Which pair of line and channel random numbers choose: 3 · line + channel."""
+    return 3 * np.digitize(numbers[:, 0], np.cumsum(LINES)[:-1]) + np.digitize(numbers[:, 1], np.cumsum(WEIGHTS)[:2])
 
 
 CASES = {
@@ -114,14 +132,14 @@ def found(request):
     hits = hits[which, k]
     joint, r = probes.joint(hits[:, :3], hits[:, 3:6])
     np.testing.assert_allclose(joint.sum((1, 2)), hits[:, 6], rtol=1e-6)
-    return request.param, probes, which, choices(numbers)[which], hits[:, :3], joint.reshape(-1, 9), r
+    return request.param, probes, which, choices(numbers)[which], hits[:, :3], joint.reshape(-1, PAIRS), r
 
 
 def test_how_a_point_was_found_is_distributed_as_its_posterior(found):
     _, _, which, choice, _, joint, _ = found
     posterior = joint / joint.sum(1, keepdims=True)
-    surprise = (choice[:, None] == np.arange(9)) - posterior
-    by_probe = np.zeros((which.max() + 1, 9))
+    surprise = (choice[:, None] == np.arange(PAIRS)) - posterior
+    by_probe = np.zeros((which.max() + 1, PAIRS))
     np.add.at(by_probe, which, surprise)  # hits of a probe have its choice in common
     # In all, and apart where the posterior is below and above one half: a wrong one may have the right mean.
     for likely in (posterior >= 0.0, posterior < 0.5, posterior >= 0.5):
@@ -143,7 +161,7 @@ def test_inverted_numbers_find_the_same_point(found):
     # Embree's single precision moves what a probe grazes.
     assert (off.min(1) < 1e-3).mean() > 0.999
     assert np.median(off.min(1)) < 1e-5
-    if name == "plane":  # where each probe along the normal finds one point, numbers stay uniform
+    if name == "plane":  # where each probe from below finds one point, numbers stay uniform
         assert kstest(numbers[:, 2], "uniform").pvalue > 0.001
         assert kstest(numbers[:, 3], "uniform").pvalue > 0.001
         assert kstest(numbers[:, 1], "uniform").pvalue > 0.001

@@ -11,7 +11,7 @@ from ..jit import device, entry, inlined
 from ..lobes.closure import P_ANISOTROPY, P_BURLEY, P_LENGTH
 from ..medium.entry import entry_direction
 from ..memory import load_f64, load_i64, store_f64, store_i64
-from ..path_state import DIM_DIRECTION, DIMENSIONS
+from ..path_state import DIM_DIRECTION, DIMENSIONS, FAR
 from ..records import (
     SCRATCH_PATH,
     SCRATCH_POINT,
@@ -43,10 +43,11 @@ from .profile import REACH, profile
 _CYCLES_REACH = 16.0
 _CYCLES_F = 0.9963790093708328
 
-DIM_AXIS, DIM_CHANNEL = (
-    0,
-    1,
-)  # random dimensions of a probe's vertex: with the axis the radius, with the channel the angle
+_DEEP = 3.0  # mean scales of the profile: how far below the point that is seen a probe's lines meet
+_SHALLOW = 0.02  # of that: they do at least
+
+# Random dimensions of a probe's vertex: with the line the radius, with the channel the angle.
+DIM_LINE, DIM_CHANNEL = 0, 1
 
 
 @device
@@ -57,14 +58,20 @@ def channel_shares(weight):
 
 
 @device
-def probe_around(scene, table, scratch, path, sp, weight, d, u_axis, u_radius):
-    """Probe the surface around `sp` with the scales d of the channels: how many hits. Counts overflows."""
+def probe_around(scene, table, scratch, path, sp, weight, d, thickness, u_line, u_radius):
+    """Probe the surface around `sp` with the scales d of the channels: how many hits. Counts overflows.
+
+    thickness: of the object below `sp`, about; in one that is thin lines meet half way to its other side.
+    """
     u_channel, u_angle = rng.sample2(path.key, path.sample, path.dimension + DIM_CHANNEL)
     side = -1.0 if sp.backfacing else 1.0
     note = load_i64(table, NOTE_HIT)
+    shares = channel_shares(weight)
+    z = _DEEP * dot(shares, d)
+    z = min(z, max(0.5 * thickness, _SHALLOW * z))
     kept, found = probe(
-        scene, scratch, note, sp.instance, vec(sp.p), vec(sp.ng), side, channel_shares(weight), d,
-        u_axis, u_channel, u_radius, u_angle,
+        scene, scratch, note, sp.instance, vec(sp.p), vec(sp.ng), side, z, shares, d,
+        u_line, u_channel, u_radius, u_angle,
     )  # fmt: skip
     if found > kept:
         store_i64(table, OVERFLOWS, load_i64(table, OVERFLOWS) + 1)
@@ -165,8 +172,8 @@ def diffusion(scene, integrator, film, scratch, _):
     if not amount(weight) > 0.0:
         return
     as_cycles = burley and load_i64(table, FLAGS) & CYCLES_BURLEY != 0
-    u_axis, u_radius = rng.sample2(path.key, path.sample, path.dimension + DIM_AXIS)
-    found = probe_around(scene, table, scratch, path, sp, weight, d, u_axis, u_radius)
+    u_line, u_radius = rng.sample2(path.key, path.sample, path.dimension + DIM_LINE)
+    found = probe_around(scene, table, scratch, path, sp, weight, d, FAR, u_line, u_radius)
     for k in range(found):
         hit = exit_at(scratch, k)
         pdf = load_f64(hit, H_PDF)

@@ -36,7 +36,7 @@ from ..records import (
 from ..scatter_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
 from ..vec import dot, load3_f64, madd, max3, mul, neg, scale, sub, vec
 from .albedo import shape_factors, similar, single_albedo, slab_albedos, total_albedo
-from .diffusion import DIM_AXIS, channel_shares, probe_around
+from .diffusion import DIM_LINE, channel_shares, probe_around
 from .exits import exit_at, light_exits, put_exit
 from .medium import channels, far_share, multiple_shape, profile_scales
 from .probe import H_EVENTS, H_NORMAL, H_PDF, H_POINT, H_WEIGHT, hit_distance
@@ -47,9 +47,6 @@ _MOST = 64.0
 
 # Single and multiple scattering are each followed with a probability of their share of the light times this.
 _TRIES = 2.0
-
-# On the far side a thick object spreads light about as far as it is thick, its profile on the near one much less.
-_WIDER = 2.0
 
 _OUT = 0.6  # how often a half space's single scattering is looked for from outside, at g = 0
 _GRAZING = 1.0e-4  # cosine
@@ -205,17 +202,6 @@ def _sampled(near, far):
 
 
 @inlined
-def _widened(d, full):
-    """The scales d with which the probe looks, that of the brightest channel wide enough for the far side."""
-    most = max3(full)
-    return (
-        _WIDER * d[0] if full[0] == most else d[0],
-        _WIDER * d[1] if full[1] == most else d[1],
-        _WIDER * d[2] if full[2] == most else d[2],
-    )
-
-
-@inlined
 def _turn(offset, r, n, ny):
     """(the far side's share, how far the surface curves away) of a point at `offset`, which is r long; ny: its normal.
 
@@ -226,7 +212,7 @@ def _turn(offset, r, n, ny):
 
 
 @device
-def _multiple(scene, table, scratch, path, sp, weight, part, u_axis, u_radius, sigma_t, alpha, g, mu, thickness):
+def _multiple(scene, table, scratch, path, sp, weight, part, u_line, u_radius, sigma_t, alpha, g, mu, thickness):
     """Make exits of the probe's hits, weighted by what scatters twice and more; how many.
 
     part: by channel, what a half space returns of it.
@@ -243,8 +229,8 @@ def _multiple(scene, table, scratch, path, sp, weight, part, u_axis, u_radius, s
     bend = (c0, c1, c2)
     d, single, share = (d0, d1, d2), (s0, s1, s2), (p0, p1, p2)
     x, n = vec(sp.p), vec(sp.ng)
-    sampled = _widened((d0 * _sampled(a0, b0), d1 * _sampled(a1, b1), d2 * _sampled(a2, b2)), full)
-    found = probe_around(scene, table, scratch, path, sp, full, sampled, u_axis, u_radius)
+    sampled = (d0 * _sampled(a0, b0), d1 * _sampled(a1, b1), d2 * _sampled(a2, b2))
+    found = probe_around(scene, table, scratch, path, sp, full, sampled, thickness, u_line, u_radius)
     for k in range(found):
         hit = exit_at(scratch, k)
         pdf = load_f64(hit, H_PDF)
@@ -298,12 +284,12 @@ def hybrid(scene, integrator, film, scratch, _):
         _single_share(alpha[2], back, through[2]),
     )
     often, once = dot(weight, multiple), dot(weight, single)
-    u_term, u_radius = rng.sample2(path.key, path.sample, path.dimension + DIM_AXIS)
+    u_term, u_radius = rng.sample2(path.key, path.sample, path.dimension + DIM_LINE)
     n, scattered = 0, max(often + once, 1.0e-30)
     p_often, p_once = min(_TRIES * often / scattered, 1.0), min(_TRIES * once / scattered, 1.0)
     if u_term >= 1.0 - p_often:
-        w, u_axis = scale(weight, 1.0 / p_often), min((u_term - (1.0 - p_often)) / p_often, 1.0)
-        n = _multiple(scene, table, scratch, path, sp, w, multiple, u_axis, u_radius, sigma_t, alpha, g, mu, thickness)
+        w, u_line = scale(weight, 1.0 / p_often), min((u_term - (1.0 - p_often)) / p_often, 1.0)
+        n = _multiple(scene, table, scratch, path, sp, w, multiple, u_line, u_radius, sigma_t, alpha, g, mu, thickness)
     if u_term < p_once:
         analog = load_i64(table, FLAGS) & ANALOG_ESCAPE != 0
         w, place = scale(weight, 1.0 / p_once), exit_at(scratch, n)

@@ -1,9 +1,11 @@
 """Points of one object's surface near a point, with a density by area that is like a diffusion profile.
 
-Disk projection (King et al. 2013): a channel's profile gives the distance from an axis through x, and every place where
-the line at that distance, parallel to the axis, meets the object within the channel's ball about x is a sample. The
-axis is the normal, most often, or a tangent, so that surfaces seen from the side are found too. All hits are taken:
-the density of each is then that of the mixture of axes and channels alone, whatever else the line meets.
+Most probes are lines through a point below x. A channel's profile gives the distance r from x at which the line meets
+the plane that touches x, so that a flat surface is sampled as by disk projection along the normal (King et al. 2013);
+but what curves away, and the far side, lie on such lines too. Some are of any direction, and some along the normal and
+the tangents, at distance r from x, for faces that are seen edge-on from below x: they bound the weights. All hits
+within the channels' balls about x are taken: the density of each is that of the mixture of lines and channels alone,
+whatever else its line meets.
 """
 
 import math
@@ -22,6 +24,7 @@ from ..vec import (
     load3_f32,
     load3_f64,
     madd,
+    max3,
     neg,
     normalize,
     scale,
@@ -31,8 +34,11 @@ from ..vec import (
 )
 from .profile import F_REACH, REACH, profile, profile_radius
 
-# Probabilities of the axes: the normal, and the tangents each.
-NORMAL_SHARE, TANGENT_SHARE = 0.6, 0.2
+# Probabilities of lines through the point below x, towards where they should meet its plane and of any direction, of
+# lines along the normal, and along each tangent.
+TOWARDS_SHARE, ANY_SHARE, NORMAL_SHARE, TANGENT_SHARE = 0.78, 0.08, 0.08, 0.03
+
+_STEEPEST = 1.0e-6  # cosine of the lines' angle with the normal that counts as a right one
 
 # In the working memory: the arguments of Embree's query, the context that its filter is given (with the number of hits
 # so far), and HIT float64 for each of them.
@@ -130,7 +136,7 @@ def probe_frame(n):
 
 @inlined
 def _density(r, distance, w, d):
-    """Σ_c w_c B_c(r) within the channels' balls, 1/length²; w: weights of the channels, d: scales, 0 for none."""
+    """Σ_c w_c B_c(r) of the channels that reach `distance`, 1/length²; w: weights of the channels, d: scales."""
     total = 0.0
     for c in range(3):
         if w[c] > 0.0 and distance <= REACH * d[c]:
@@ -139,37 +145,62 @@ def _density(r, distance, w, d):
 
 
 @inlined
-def probe_pdf(offset, ny, n, t, b, w, d):
+def _density_below(z, offset, ny, n, w, d):
+    """The density by area of a point at x + offset among those on lines through the point z below x."""
+    q = madd(offset, n, z)
+    square, along = dot(q, q), dot(q, n)
+    if not square > 0.0:
+        return 0.0
+    cosine = max(abs(along) / math.sqrt(square), _STEEPEST)
+    r = z * math.sqrt(max(1.0 - cosine * cosine, 0.0)) / cosine
+    flat = _density(r, r, w, d) * z * z / (cosine * cosine * cosine)
+    by_angle = TOWARDS_SHARE * flat + ANY_SHARE * (0.5 / math.pi)
+    return by_angle * abs(dot(ny, q)) / (square * math.sqrt(square))
+
+
+@inlined
+def probe_pdf(z, offset, ny, n, t, b, w, d):
     """The density by area of a point at x + offset with normal ny, under the frame (n, t, b)."""
     square = dot(offset, offset)
     distance = math.sqrt(square)
-    x, y, z = dot(offset, t), dot(offset, b), dot(offset, n)
-    pdf = NORMAL_SHARE * abs(dot(ny, n)) * _density(math.sqrt(x * x + y * y), distance, w, d)
-    pdf += TANGENT_SHARE * abs(dot(ny, t)) * _density(math.sqrt(y * y + z * z), distance, w, d)
-    return pdf + TANGENT_SHARE * abs(dot(ny, b)) * _density(math.sqrt(x * x + z * z), distance, w, d)
+    x, y, up = dot(offset, t), dot(offset, b), dot(offset, n)
+    x, y, up = x * x, y * y, up * up
+    pdf = _density_below(z, offset, ny, n, w, d)
+    pdf += NORMAL_SHARE * abs(dot(ny, n)) * _density(math.sqrt(x + y), distance, w, d)
+    pdf += TANGENT_SHARE * abs(dot(ny, t)) * _density(math.sqrt(y + up), distance, w, d)
+    return pdf + TANGENT_SHARE * abs(dot(ny, b)) * _density(math.sqrt(x + up), distance, w, d)
 
 
 @device
-def probe(scene, scratch, note, instance, x, n, side, w, d, u_axis, u_channel, u_radius, u_angle):
+def probe(scene, scratch, note, instance, x, n, side, z, w, d, u_line, u_channel, u_radius, u_angle):
     """Find points of an instance's surface around x; returns how many, with the number found as for all_hits.
 
-    n: unit normal at x; side: 1, or -1 where what the mesh takes for its inside is the outside; w: probabilities of the
-    channels (0 for one that has no profile), d: their scales. Hits hold point, outward normal and density.
+    n: unit normal at x; side: 1, or -1 where what the mesh takes for its inside is the outside; z: how far below x the
+    lines meet; w: probabilities of the channels (0 for one that has no profile), d: their scales. Hits hold point,
+    outward normal and density.
     """
     t, b = probe_frame(n)
-    axis, right, up = n, t, b
-    if u_axis >= NORMAL_SHARE + TANGENT_SHARE:
-        axis, right, up = b, n, t
-    elif u_axis >= NORMAL_SHARE:
-        axis, right, up = t, b, n
     scale_chosen = d[2]
     if w[2] <= 0.0 or u_channel < w[0] + w[1]:
         scale_chosen = d[0] if w[1] <= 0.0 or u_channel < w[0] else d[1]
     r = profile_radius(u_radius * F_REACH, scale_chosen)
-    reach = REACH * scale_chosen
-    half = math.sqrt(max(reach * reach - r * r, 0.0))
     cosine, sine = circle(u_angle)
-    o = madd(madd(madd(x, right, r * cosine), up, r * sine), axis, half)
+    if u_line < TOWARDS_SHARE + ANY_SHARE:
+        reach = REACH * max3((d[0] if w[0] > 0.0 else 0.0, d[1] if w[1] > 0.0 else 0.0, d[2] if w[2] > 0.0 else 0.0))
+        up = z / math.sqrt(z * z + r * r) if u_line < TOWARDS_SHARE else 1.0 - u_radius
+        flat = math.sqrt(max(1.0 - up * up, 0.0))
+        axis = madd(madd(scale(n, up), t, cosine * flat), b, sine * flat)
+        half = math.sqrt(max(reach * reach - z * z * flat * flat, 0.0))
+        o = madd(madd(x, n, -z), axis, z * up + half)
+    else:
+        axis, right, up = n, t, b
+        if u_line >= 1.0 - TANGENT_SHARE:
+            axis, right, up = b, n, t
+        elif u_line >= 1.0 - 2.0 * TANGENT_SHARE:
+            axis, right, up = t, b, n
+        reach = REACH * scale_chosen
+        half = math.sqrt(max(reach * reach - r * r, 0.0))
+        o = madd(madd(madd(x, right, r * cosine), up, r * sine), axis, half)
     found = all_hits(scene, scratch, note, instance, o, neg(axis), 2.0 * half)
     kept = min(found, MAX_HITS)
     to_object = instance_at(scene.instances, instance).to_object
@@ -179,7 +210,7 @@ def probe(scene, scratch, note, instance, x, n, side, w, d, u_axis, u_channel, u
         ny = normalize(transform_normal(to_object, load3_f64(hit, H_NORMAL)))
         store3_f64(hit, H_POINT, p)
         store3_f64(hit, H_NORMAL, scale(ny, side))
-        store_f64(hit, H_PDF, probe_pdf(sub(p, x), ny, n, t, b, w, d))
+        store_f64(hit, H_PDF, probe_pdf(z, sub(p, x), ny, n, t, b, w, d))
     return kept, found
 
 
