@@ -8,7 +8,7 @@ importance sampling, Talbot et al. 2005). The path goes on by one that is chosen
 from .. import rng
 from ..direct import add_unless_shadowed, unshadowed
 from ..jit import device, inlined
-from ..lights import light_is_sampled
+from ..lights import light_is_sampled, set_receiver
 from ..medium.exit import leave
 from ..memory import load_f64, store_f64
 from ..path_state import DIM_LIGHT, DIM_LIGHT_POINT, DIMENSIONS, LIT, mark_scattered
@@ -125,6 +125,7 @@ def light_exits(scene, integrator, film, scratch, path, sp, n):
         left -= a
     if chosen != at:
         _leave_by(scene, scratch, sp, chosen)
+        set_receiver(scene, sp)  # for the weight of a lamp that the path's next ray hits
     path.scatter_pass = marked
     mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
     weight = _weight(scratch, chosen)

@@ -15,6 +15,7 @@ A lamp neither blocks nor deflects rays: one that hits a lamp goes on behind it.
 from .evaluate import light_radiance, lights_intersect, sun_next
 from .places import light_point, point_of_lamp, point_of_sample
 from .sample import light_is_sampled, light_sample
+from .select import set_receiver
 from .triangle import triangle_pdf
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "lights_intersect",
     "point_of_lamp",
     "point_of_sample",
+    "set_receiver",
     "sun_next",
     "triangle_pdf",
 ]
