@@ -58,8 +58,8 @@ _COUNTERS = {"rtcIntersect1": _count_intersect, "rtcOccluded1": _count_occluded}
 class Renderer:
     """One method in a scene on one thread; every call of `sample` adds samples that it did not have before."""
 
-    def __init__(self, scene, method: str, seed: int = 0) -> None:
-        options = {"passes": frozenset(("Combined", "Subsurface")), "max_bounces": 0, "pixel_filter": "BOX"}
+    def __init__(self, scene, method: str, seed: int = 0, **more) -> None:
+        options = {"passes": frozenset(("Combined", "Subsurface")), "max_bounces": 0, "pixel_filter": "BOX"} | more
         settings = RenderSettings(**options, sss_method=method, seed=seed, film_transparent=True)
         if not scene.committed:
             scene.commit()
@@ -70,9 +70,13 @@ class Renderer:
     def sample(self, samples: int) -> float:
         """Add samples to every pixel; processor seconds."""
         began = time.process_time()
-        for stage in self._integrator.stages(self.film.samples, samples):
-            stage.run((0, 0, self.film.width, self.film.height), self._scratch)
-        self.film.samples += samples
+        end = self.film.samples + samples
+        while self.film.samples < end:
+            batch = min(end - self.film.samples, self._integrator.max_batch)
+            for stage in self._integrator.stages(self.film.samples, batch):
+                stage.run((0, 0, self.film.width, self.film.height), self._scratch)
+                stage.finish()
+            self.film.samples += batch
         return time.process_time() - began
 
     def picture(self) -> np.ndarray:

@@ -317,6 +317,13 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         "the mean is the same",
         default=DEFAULTS.sss_analog_escape,
     )
+    sss_irradiance_cache: BoolProperty(
+        name="Irradiance Cache",
+        description="Hybrid keeps the light that its samples find on the far sides of objects, in a grid about as fine "
+        "as a mean free path, instead of lighting each point anew: less noise where there are many lamps, up to a "
+        "fifth slower with few. Biased: means by up to 0.2 %, edges of light and shadow by about 3 % (8 × 8 pixels)",
+        default=DEFAULTS.sss_irradiance_cache,
+    )
     sss_after_diffuse: EnumProperty(
         name="After Diffuse",
         description="What becomes of subsurface scattering that is seen by way of a diffuse bounce",

@@ -34,6 +34,7 @@ class RenderSettings:
     sss_method: str = "FROM_MATERIAL"  # FROM_MATERIAL, RANDOM_WALK, HYBRID, DIFFUSION
     sss_thickness_aware: bool = True  # HYBRID
     sss_analog_escape: bool = False  # HYBRID
+    sss_irradiance_cache: bool = False  # HYBRID
     cycles_burley_kernel: bool = False
     exact_walks: bool = False
     sss_max_scatters: int = 0  # scattering events that a random walk may have; 0: unlimited, -1: none

@@ -116,6 +116,7 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
         hybrid.active = own.sss_method == "HYBRID"
         hybrid.prop(own, "sss_thickness_aware")
         hybrid.prop(own, "sss_analog_escape")
+        hybrid.prop(own, "sss_irradiance_cache")
         column.prop(own, "cycles_burley_kernel")
         column.prop(own, "exact_walks")
         column.prop(own, "sss_after_diffuse")

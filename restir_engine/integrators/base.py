@@ -21,11 +21,13 @@ from ..kernels.records import (
     RAY_NO_REFLECTION,
     RAY_NO_REFRACTION,
     RAY_SUBSURFACE_DIFFUSE,
+    SCENE_HAS_SUBSURFACE,
     SCRATCH_BYTES,
 )
 from ..kernels.scatter import scatter_entries
 from ..kernels.scatter_table import ANALOG_ESCAPE, CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS, THICKNESS_AWARE
 from ..settings import RenderSettings, carries_visibility, filter_table
+from .irradiance_cache import IrradianceCache
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
@@ -59,7 +61,12 @@ class Integrator:
     def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self.record = integrator_record(settings, self._table)
-        self._scatter = _scatter_table(scene, settings)
+        self.cache = None
+        wanted = settings.sss_irradiance_cache and settings.sss_method == "HYBRID"
+        if wanted and scene.record["flags"] & SCENE_HAS_SUBSURFACE:
+            self.cache = IrradianceCache(film.pixels)
+            self.max_batch = 1
+        self._scatter = _scatter_table(scene, settings, self.cache)
         self._media = media_entries(scene.record["flags"])
         self.record[0]["scatter"], self.record[0]["media"] = address(self._scatter), address(self._media)
         self.record[0]["camera_in_media"] = scene.camera_may_be_in_media()
@@ -77,8 +84,10 @@ class Integrator:
     def close(self) -> None:
         """Leave the scene as it was."""
 
-    def warn(self) -> None:
-        """Tell what kernels have noticed."""
+    def end_batch(self) -> None:
+        """Tell what kernels have noticed, and let them see what they have found."""
+        if self.cache:
+            self.cache.merge()
         if self._scatter[OVERFLOWS]:
             text = f"more than {MAX_HITS} layers of a surface lie within its scattering length; some are left out"
             self.scene.warnings.add("Render", "Subsurface", text)
@@ -94,14 +103,14 @@ class Integrator:
         return block[start : start + SCRATCH_BYTES]
 
 
-def _scatter_table(scene: Scene, settings: RenderSettings) -> np.ndarray:
+def _scatter_table(scene: Scene, settings: RenderSettings, cache: IrradianceCache | None) -> np.ndarray:
     options = (
         (CYCLES_BURLEY if settings.cycles_burley_kernel else 0)
         | (EXACT_WALKS if settings.exact_walks else 0)
         | (ANALOG_ESCAPE if settings.sss_analog_escape else 0)
         | (THICKNESS_AWARE if settings.sss_thickness_aware else 0)
     )
-    return scatter_entries(scene.record["flags"], settings.sss_method, options)
+    return scatter_entries(scene.record["flags"], settings.sss_method, options, cache.address if cache else 0)
 
 
 def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray:

@@ -292,7 +292,7 @@ class PathIntegrator(Integrator):
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """One: all samples of a tile at once."""
-        return [Stage(partial(self._render, first_sample=first_sample, samples=samples), finish=self.warn)]
+        return [Stage(partial(self._render, first_sample=first_sample, samples=samples), finish=self.end_batch)]
 
     def _render(self, tile: Tile, scratch: np.ndarray, first_sample: int, samples: int) -> None:
         args = (self.scene.record, self.camera[0], self.record[0], self.film.record, address(scratch))

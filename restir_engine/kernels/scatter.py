@@ -11,6 +11,7 @@ that includes the light that falls straight on the point where the path leaves, 
 import numpy as np
 
 from . import scatter_table as at
+from .diffusion.cache import light_from_cache
 from .diffusion.diffusion import diffusion
 from .diffusion.hybrid import hybrid
 from .diffusion.probe import note_hit
@@ -41,10 +42,10 @@ def scatter(scene, integrator, film, scratch, path, sp):
     return path.scattered != 0
 
 
-def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: int = 0) -> np.ndarray:
+def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: int = 0, cache: int = 0) -> np.ndarray:
     """The table that INTEGRATOR.scatter points to; what the scene needs of code is compiled where it is not yet.
 
-    method: a name of METHODS; options: bits of scatter_table.FLAGS.
+    method: a name of METHODS; options: bits of scatter_table.FLAGS; cache: the address of an irradiance cache.
     """
     table = np.zeros(at.SIZE, np.int64)
     if scene_flags & SCENE_HAS_SUBSURFACE:
@@ -53,4 +54,6 @@ def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: in
         table[at.NOTE_HIT] = note_hit.address
         table[at.ALBEDOS] = address(slab_tables())
         table[at.FLAGS] = options
+        if cache:
+            table[at.LIGHT_FROM_CACHE], table[at.CACHE] = light_from_cache.address, cache
     return table

@@ -5,7 +5,9 @@ NOTE_HIT = 2  # code of the probe's filter
 ALBEDOS = 3  # float32: the albedos of half spaces and slabs, see diffusion.slabs
 FLAGS = 4
 OVERFLOWS = 5  # counts probes that met more surfaces than there is room for
-SIZE = 6
+LIGHT_FROM_CACHE = 6  # code and data of diffusion.cache; 0: there is none
+CACHE = 7
+SIZE = 8
 
 # Bits of FLAGS.
 CYCLES_BURLEY = 1  # BURLEY with the kernel that Cycles integrates

@@ -65,6 +65,8 @@ class RestirIntegrator(Integrator):
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a frame."""
         self._sample = first_sample
+        if self.cache:
+            self.cache.watch(self.frame.pixels)
         seed = frame_seed(self._seed, first_sample)
         self.passes.use_seed(seed)
         reuse = self.passes.stages(self.scene, self.camera, self.record, self.frame)
@@ -84,7 +86,7 @@ class RestirIntegrator(Integrator):
 
     def _finish(self) -> None:
         """A finished frame is history to the next."""
-        self.warn()
+        self.end_batch()
         self._finished = self.frame
         if self._shows_visibility:
             v = self.visibility()

@@ -2,7 +2,8 @@
 
 Which point a light reaches is not known when its weight is. So a light sample is taken at each of them, without a
 shadow ray; one is chosen in proportion to what it would bring, and stands for all if nothing shadows it (resampled
-importance sampling, Talbot et al. 2005). The path goes on by one that is chosen by the weight alone.
+importance sampling, Talbot et al. 2005). The path goes on by one that is chosen by the weight alone. What the
+irradiance cache has lit, if there is one, is no candidate.
 """
 
 from .. import rng
@@ -10,10 +11,11 @@ from ..direct import add_unless_shadowed, unshadowed
 from ..jit import device, inlined
 from ..lights import light_is_sampled, set_receiver
 from ..medium.exit import leave
-from ..memory import load_f64, store_f64
+from ..memory import call_entry, load_f64, load_i64, record_address, store_f64
 from ..path_state import DIM_LIGHT, DIM_LIGHT_POINT, DIMENSIONS, LIT, mark_scattered
+from ..scatter_table import LIGHT_FROM_CACHE
 from ..vec import load3_f64, mul, put, scale, store3_f64
-from .probe import H_EVENTS, H_NORMAL, H_PRIMITIVE, H_T, H_U, H_V, H_WEIGHT, HIT, HITS
+from .probe import H_EVENTS, H_LIT, H_NORMAL, H_PRIMITIVE, H_T, H_U, H_V, H_WEIGHT, HIT, HITS
 
 # An exit whose weight is below this part of the largest one's is a candidate with a probability that falls with it.
 _CERTAIN = 0.05
@@ -34,7 +36,7 @@ def amount(weight):
 
 
 @inlined
-def _weight(scratch, k):
+def exit_weight(scratch, k):
     return load3_f64(exit_at(scratch, k), H_WEIGHT)
 
 
@@ -51,7 +53,7 @@ def put_exit(place, t, primitive, u, v, normal, weight, events):
 
 
 @device
-def _leave_by(scene, scratch, sp, k):
+def leave_by(scene, scratch, sp, k):
     """Move `sp` to the k-th exit."""
     place = exit_at(scratch, k)
     primitive, u, v = int(load_f64(place, H_PRIMITIVE)), load_f64(place, H_U), load_f64(place, H_V)
@@ -59,8 +61,11 @@ def _leave_by(scene, scratch, sp, k):
 
 
 @device
-def _light_one(scene, integrator, film, scratch, path, sp, n, most):
-    """Add the direct light of n exits by one shadow ray; the exit that `sp` was moved to last, -1: none."""
+def _light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
+    """Add the direct light of n exits by one shadow ray; the exit that `sp` was moved to last, -1: none.
+
+    cached: whether some may be lit already.
+    """
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
     left, dim = rng.sample2(path.key, path.sample, path.dimension + _DIM_CANDIDATE)
@@ -68,7 +73,9 @@ def _light_one(scene, integrator, film, scratch, path, sp, n, most):
     best, best_f = black, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     total, chosen, at = 0.0, -1, -1
     for k in range(n):
-        weight = _weight(scratch, k)
+        if cached and load_f64(exit_at(scratch, k), H_LIT) != 0.0:
+            continue
+        weight = exit_weight(scratch, k)
         chance = amount(weight) / (_CERTAIN * most)
         if chance < 1.0:
             if dim >= chance:
@@ -76,7 +83,7 @@ def _light_one(scene, integrator, film, scratch, path, sp, n, most):
                 continue
             dim /= chance
             weight = scale(weight, 1.0 / chance)
-        _leave_by(scene, scratch, sp, k)
+        leave_by(scene, scratch, sp, k)
         at = k
         c, f = unshadowed(scene, scratch, sp, u0, u1, u2)
         c = mul(c, weight)
@@ -92,7 +99,7 @@ def _light_one(scene, integrator, film, scratch, path, sp, n, most):
     if chosen < 0 or not total < 1.0e30:
         return at
     if chosen != at:
-        _leave_by(scene, scratch, sp, chosen)
+        leave_by(scene, scratch, sp, chosen)
         unshadowed(scene, scratch, sp, u0, u1, u2)
     mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
     best = scale(best, total / amount(best))
@@ -108,27 +115,30 @@ def light_exits(scene, integrator, film, scratch, path, sp, n):
     """
     total, most = 0.0, 0.0
     for k in range(n):
-        a = amount(_weight(scratch, k))
+        a = amount(exit_weight(scratch, k))
         total += a
         most = max(most, a)
     if not 0.0 < total < 1.0e30:
         return
     marked, at = path.scatter_pass, -1
     if light_is_sampled(scene):
-        at = _light_one(scene, integrator, film, scratch, path, sp, n, most)
+        code = load_i64(integrator.scatter, LIGHT_FROM_CACHE)
+        if code != 0:
+            call_entry(code, record_address(scene), record_address(integrator), record_address(film), scratch, n)
+        at = _light_one(scene, integrator, film, scratch, path, sp, n, most, code != 0)
     left = total * rng.sample1(path.key, path.sample, path.dimension + _DIM_EXIT)
     chosen = 0
     for k in range(n):
-        a = amount(_weight(scratch, k))
+        a = amount(exit_weight(scratch, k))
         if a > 0.0 and left >= 0.0:
             chosen = k
         left -= a
     if chosen != at:
-        _leave_by(scene, scratch, sp, chosen)
+        leave_by(scene, scratch, sp, chosen)
         set_receiver(scene, sp)  # for the weight of a lamp that the path's next ray hits
     path.scatter_pass = marked
     mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
-    weight = _weight(scratch, chosen)
+    weight = exit_weight(scratch, chosen)
     put(path.throughput, scale(weight, total / amount(weight)))
     path.dimension += DIMENSIONS
     path.scattered = LIT

@@ -50,8 +50,9 @@ _KEPT = 10  # float64 that note_hit fills, or leaves alone
 _FOUND = 2  # int64 index in the context, behind what Embree keeps there
 
 # float64 index of what a hit holds: barycentrics, position, outward normal, density by area, and what a method makes of
-# it, the weight (rgb) and how often light was scattered.
-H_T, H_PRIMITIVE, H_U, H_V, H_POINT, H_NORMAL, H_PDF, H_WEIGHT, H_EVENTS, HIT = 0, 1, 2, 3, 4, 7, 10, 11, 14, 15
+# it, the weight (rgb), how often light was scattered, and whether the irradiance cache has lit it.
+H_T, H_PRIMITIVE, H_U, H_V, H_POINT, H_NORMAL, H_PDF, H_WEIGHT, H_EVENTS, H_LIT = 0, 1, 2, 3, 4, 7, 10, 11, 14, 15
+HIT = 16
 
 _INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
 _ALL_FEATURES = 0xFFFFFFFF
