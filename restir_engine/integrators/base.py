@@ -77,6 +77,11 @@ class Integrator:
             text = "the pass is empty: it needs the integrator ReSTIR, its shadows reused or estimated"
             scene.warnings.add("Render", "Visibility Estimate", text)
 
+    @property
+    def tables(self) -> tuple[np.ndarray, ...]:
+        """What the INTEGRATOR record points to; it must outlive copies of the record."""
+        return self._table, self._scatter, self._media
+
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a batch of samples."""
         raise NotImplementedError

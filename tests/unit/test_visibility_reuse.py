@@ -8,13 +8,13 @@ import math
 import numpy as np
 import pytest
 from light_scenes import matrix
+from moving_scenes import frames_of
 from pictures import QUAD, Builder, diffuse, look, render, scaled
-from test_restir_reuse import SIZE, frames_of
 
 from restir_engine.integrators.restir.passes import ReusePlan
 from restir_engine.scene.lamps import area_lamp
 
-SAMPLES, SEEDS = 8, 48
+SIZE, SAMPLES, SEEDS = 24, 8, 48
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +35,8 @@ def truth(scene):
 def pictures(scene, by_channel: bool = False, **options) -> tuple[np.ndarray, np.ndarray]:
     """Last samples' pictures and V of SEEDS renders, (seeds, size, size, 3) each."""
     plan = ReusePlan(temporal=True, rounds=1, by_channel=by_channel, options=options)
-    both = [frames_of([scene], seed, plan, SAMPLES, True) for seed in range(SEEDS)]
-    return np.stack([a for a, _ in both]), np.stack([v for _, v in both])
+    both = [frames_of([scene], seed, plan, SAMPLES) for seed in range(SEEDS)]
+    return np.stack([a for a, _ in both]), np.stack([last.visibility() for _, last in both])
 
 
 @pytest.fixture(scope="module")

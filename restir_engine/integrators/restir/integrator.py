@@ -55,7 +55,7 @@ class RestirIntegrator(Integrator):
         scratch = self.scratch()
         for stage in self.stages(0, 0):
             stage.run(NO_TILE, scratch)  # compiles, or loads from the cache
-        self.passes.load(scene, self.camera, self.record, self.frame, scratch)
+        self.passes.load(self, self.frame, scratch)
 
     def _new_frame(self) -> Frame:
         film = self.film
@@ -94,7 +94,7 @@ class RestirIntegrator(Integrator):
             sums[..., :3] += np.nan_to_num(v)
             sums[..., 3] += np.isfinite(v).mean(-1)
         if self.passes.plan.temporal:
-            self.frame = self.passes.remember(self.scene, self.camera, self.frame) or self._new_frame()
+            self.frame = self.passes.remember(self, self.frame) or self._new_frame()
 
     def _fill_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
         """Fill tiles [first, last); the constructor, which asks for an image tile, fills none."""

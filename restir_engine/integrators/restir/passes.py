@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from .temporal import temporal_tile
 if TYPE_CHECKING:
     from ...scene.scene import Scene
     from ...settings import RenderSettings
+    from ..base import Integrator
 
 NO_TILE = (0, 0, 0, 0)
 CHANNELS = (0, 1, 2)
@@ -59,6 +60,16 @@ def plan_of(settings: RenderSettings) -> ReusePlan:
     )
 
 
+class Before(NamedTuple):
+    """The frame before, and all that p̂ was evaluated with there."""
+
+    scene: Scene
+    camera: np.ndarray  # CAMERA (1,)
+    integrator: np.ndarray  # INTEGRATOR (1,)
+    tables: tuple[np.ndarray, ...]  # what the INTEGRATOR points to
+    frame: Frame
+
+
 class Passes:
     """Temporal and spatial reuse of one scene's frames; kept from frame to frame, it holds the frame before.
 
@@ -70,7 +81,7 @@ class Passes:
         channels = CHANNELS if plan.by_channel else (-1,)
         self.reuse = np.concatenate([reuse_record(channel=channel, **plan.options) for channel in channels])
         self._guesses: np.ndarray | None = None
-        self._before: tuple[Scene, np.ndarray, Frame] | None = None
+        self._before: Before | None = None
         self._motion: tuple[Scene, Scene, Motion] | None = None
 
     def guesses_of(self, width: int, height: int) -> np.ndarray:
@@ -83,10 +94,10 @@ class Passes:
         """Let this frame draw from its own random numbers."""
         self.reuse["seed"] = seed
 
-    def remember(self, scene: Scene, camera: np.ndarray, frame: Frame) -> Frame | None:
+    def remember(self, integrator: Integrator, frame: Frame) -> Frame | None:
         """Make a finished frame the one before; the frame that was it, whose arrays may be used again."""
-        old = self._before[2] if self._before else None
-        self._before = (scene, camera.copy(), frame)
+        old = self._before.frame if self._before else None
+        self._before = _before(integrator, frame)
         return old
 
     def stages(self, scene: Scene, camera: np.ndarray, integrator: np.ndarray, frame: Frame) -> list[Stage]:
@@ -94,18 +105,18 @@ class Passes:
         found = []
         run = partial(self._each, scene, camera, integrator, frame)
         if self.plan.temporal and self._before:
-            self._follow(scene, self._before[0])
+            self._follow(scene, self._before.scene)
             found.append(Stage(partial(run, self._temporal), finish=frame.use_reservoirs))
         for turn in range(self.plan.rounds):
             last = turn == self.plan.rounds - 1
             found.append(Stage(partial(run, partial(self._spatial, turn, last)), finish=frame.use_reservoirs))
         return found
 
-    def load(self, scene: Scene, camera: np.ndarray, integrator: np.ndarray, frame: Frame, scratch: np.ndarray) -> None:
+    def load(self, integrator: Integrator, frame: Frame, scratch: np.ndarray) -> None:
         """Compile the kernels that the plan needs, or load them from the cache."""
         kept = self._before
-        self._before = self._before or (scene, camera, frame)
-        for stage in self.stages(scene, camera, integrator, frame):
+        self._before = self._before or _before(integrator, frame)
+        for stage in self.stages(integrator.scene, integrator.camera, integrator.record, frame):
             stage.run(NO_TILE, scratch)
         self._before = kept
 
@@ -117,15 +128,20 @@ class Passes:
         spatial_tile(scene, camera, integrator, frame.record, reuse, scratch, *tile, turn, int(last))
 
     def _temporal(self, scene, camera, integrator, frame, reuse, scratch, tile) -> None:
-        scene_before, camera_before, before = self._before
+        then = self._before
         last = int(self.plan.rounds == 0)
         temporal_tile(
-            scene, camera, integrator, frame.record, scene_before.record, camera_before[0], before.record,
-            self._motion[2].record, reuse,
-            scratch, *tile, last,
+            scene, camera, integrator, frame.record,
+            then.scene.record, then.camera[0], then.integrator[0], then.frame.record,
+            self._motion[2].record, reuse, scratch, *tile, last,
         )  # fmt: skip
 
     def _follow(self, now: Scene, before: Scene) -> None:
         """See to it that the motion between these two is known."""
         if self._motion is None or self._motion[0] is not now or self._motion[1] is not before:
             self._motion = (now, before, Motion(now, before))
+
+
+def _before(integrator: Integrator, frame: Frame) -> Before:
+    record = integrator.record.copy()
+    return Before(integrator.scene, integrator.camera.copy(), record, integrator.tables, frame)

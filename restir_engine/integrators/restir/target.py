@@ -6,10 +6,19 @@ from ...kernels.direct import lit_bsdf, lobe_sum, variate_class
 from ...kernels.jit import device, inlined
 from ...kernels.lights import light_point
 from ...kernels.media.calls import media_around
-from ...kernels.memory import load_f32, load_f64, store_f32, store_f64
-from ...kernels.records import LIGHT_SAMPLE_NO_SHADOW, SCRATCH_LIGHT_SAMPLE, light_sample_at, path_at, shading_point_at
+from ...kernels.memory import load_f32, load_f64, record_address, store_f32, store_f64
+from ...kernels.records import (
+    LIGHT_SAMPLE_NO_SHADOW,
+    SCENE_HAS_MEDIA,
+    SCRATCH_LIGHT_SAMPLE,
+    SCRATCH_PATH,
+    light_sample_at,
+    path_at,
+    shading_point_at,
+)
 from ...kernels.shadow import transmittance
 from ...kernels.vec import is_black, load3_f32, scale, vec
+from .gbuffer import PATH_WORDS, copy_words
 from .reservoir import NOTHING
 
 DARK = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # by class of lobes
@@ -47,12 +56,17 @@ def integrand(ls, f):
 
 @device
 def visibility(scene, integrator, frame, scratch, pixel):
-    """V by channel between a pixel's vertex and the LIGHT_SAMPLE in scratch, through this scene."""
+    """V by channel between a pixel's vertex and the LIGHT_SAMPLE in scratch.
+
+    scene, integrator: of the frame, which may be the one before.
+    """
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     if ls.flags & LIGHT_SAMPLE_NO_SHADOW:
         return (1.0, 1.0, 1.0)
     path = path_at(frame.paths, pixel)
     sp = point_at(frame, pixel)
+    if scene.flags & SCENE_HAS_MEDIA:  # whose code takes the path from working memory
+        copy_words(scratch + SCRATCH_PATH, record_address(path), PATH_WORDS)
     media_around(scene, integrator, scratch, path, sp)
     return transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p))
 

@@ -33,11 +33,13 @@ SEARCH = 5  # pixels looked at for the surface: the one it should be at, and its
 
 @kernel
 def temporal_tile(
-    scene, camera, integrator, frame, scene_before, camera_before, before, motion, reuse, scratch, x0, y0, x1, y1, last
-):
+    scene, camera, integrator, frame, scene_before, camera_before, integrator_before, before, motion, reuse, scratch,
+    x0, y0, x1, y1, last,
+):  # fmt: skip
     """Temporal reuse from frame.reservoirs and before.reservoirs to frame.reused for the pixels of a tile.
 
-    scene_before, camera_before, before: of the frame before, whose points, paths and last reservoirs are still there;
+    scene_before, camera_before, integrator_before, before: of the frame before, whose points, paths and last reservoirs
+    are still there;
     last: whether no spatial reuse follows, so that frame.light is what lights.
     """
     for y in range(y0, y1):
@@ -46,12 +48,15 @@ def temporal_tile(
             key = rng.key(reuse.seed, x, y, STREAM)
             pixel = y * frame.width + x
             _reuse_pixel(
-                scene, integrator, frame, scene_before, before, motion, reuse, scratch, pixel, there, key, last
-            )
+                scene, integrator, frame, scene_before, integrator_before, before, motion, reuse, scratch, pixel, there,
+                key, last,
+            )  # fmt: skip
 
 
 @device
-def _reuse_pixel(scene, integrator, frame, scene_before, before, motion, reuse, scratch, pixel, there, key, last):
+def _reuse_pixel(
+    scene, integrator, frame, scene_before, integrator_before, before, motion, reuse, scratch, pixel, there, key, last
+):
     to = reservoirs_of(frame, reuse, frame.reused) + RESERVOIR_BYTES * pixel
     sp = point_at(frame, pixel)
     if sp.instance < 0:
@@ -76,7 +81,9 @@ def _reuse_pixel(scene, integrator, frame, scene_before, before, motion, reuse, 
         if needs_from(kind, 1, 1):
             put_from(table, 1, 1, float(r.target))
         if needs_from(kind, 0, 1) and contribution_of(table, 0) > 0.0:
-            value = _target_before(scene, integrator, scene_before, before, motion, reuse, scratch, own, there)
+            value = _target_before(
+                scene, integrator, scene_before, integrator_before, before, motion, reuse, scratch, own, there
+            )
             put_from(table, 0, 1, value)
     total = weigh(table, n, kind)
     chosen = choose(table, n, total, rng.sample1(key, 0, DIM_CHOICE))
@@ -109,7 +116,7 @@ def find_before(scene, camera, frame, scene_before, camera_before, before, motio
 
 
 @device
-def _target_before(scene, integrator, scene_before, before, motion, reuse, scratch, own, there):
+def _target_before(scene, integrator, scene_before, integrator_before, before, motion, reuse, scratch, own, there):
     """p̂ of the pixel's own sample at the pixel of the frame before."""
     r = reservoir_at(own, 0)
     op = point_at(before, there)
@@ -118,4 +125,4 @@ def _target_before(scene, integrator, scene_before, before, motion, reuse, scrat
     source = source_before(motion, int(r.source), int(r.primitive))
     if source < 0:
         return 0.0
-    return target_at(scene_before, integrator, before, reuse, scratch, op, there, r, source)
+    return target_at(scene_before, integrator_before, before, reuse, scratch, op, there, r, source)

@@ -1,0 +1,60 @@
+"""Resampling where shadow rays cross media: V is that of the pixel's own path, in the frame that it is asked for."""
+
+import numpy as np
+import pytest
+from light_scenes import matrix
+from media_scenes import cube, medium
+from moving_scenes import frames_of, off
+from pictures import QUAD, UNSEEN, Builder, diffuse, look, program, render, scaled
+
+from restir_engine.integrators.restir.passes import ReusePlan
+from restir_engine.kernels import records as rec
+from restir_engine.kernels.lobes import nodes
+from restir_engine.scene.lamps import area_lamp
+
+SIZE = 24
+
+
+def floor(*fogs) -> Builder:
+    """A floor under a lamp with cubes of fog between them, at these places."""
+    b = Builder()
+    b.add(QUAD, diffuse((0.7, 0.6, 0.5)), scaled(matrix(), 3.0, 3.0, 1.0))
+    for place in fogs:
+        cube(b, medium(absorption=(1.5, 2.0, 3.0)), place, 0.25)
+    b.lamp(area_lamp(matrix((0.3, 0.2, 2.0)), 12.0 * np.ones(3), 0.4, 0.4, key=1, visibility=UNSEEN))
+    return b
+
+
+def finish(b: Builder):
+    scene = b.finish(look((0.0, -1.8, 2.2), (0.0, 0.0, 0.1), SIZE))
+    scene.instances["key"] = np.arange(len(scene.instances)) + 1
+    return scene
+
+
+def truth_of(scene) -> np.ndarray:
+    return np.stack([render(scene, 256, seed=seed, integrator="PATH", max_bounces=0) for seed in range(4)])
+
+
+def test_screens_before_one_pixel_do_not_darken_another():
+    """Of eight surfaces, paths on the right cross three and shadow rays four, and two of the fog: on the left alone."""
+    b = floor((-0.4, 0.0, 0.6))
+    glass = program([(nodes.TRANSPARENT, 0, 3)], [1.0, 1.0, 1.0, 0.9, 0.8, 0.9], flags=rec.MATERIAL_TRANSPARENT)
+    for i in range(3):
+        b.add(QUAD, glass, scaled(matrix((0.42, -1.45 + 0.03 * i, 1.85), (0.0, -1.0, 1.2)), 0.4, 1.0, 1.0))
+    for i in range(4):
+        b.add(QUAD, glass, scaled(matrix((0.0, 0.0, 1.4 + 0.02 * i)), 1.5, 1.5, 1.0), UNSEEN)
+    scene = finish(b)
+    found = np.stack([frames_of([scene], seed, ReusePlan(rounds=1))[0] for seed in range(24)])
+    assert np.abs(off(found, truth_of(scene))).max() < 3.5
+
+
+@pytest.mark.parametrize(
+    "fogs", [[[(0.0, 0.0, 0.6)], []], [[], [(0.0, 0.0, 0.6)]], [[(0.2, 0.0, 0.6)], [(-0.2, 0.0, 0.6)]]]
+)
+def test_history_with_a_medium_that_comes_and_goes_keeps_the_mean(fogs):
+    scenes = [finish(floor(*places)) for places in fogs]
+    plan = ReusePlan(temporal=True)
+    assert (
+        np.abs(off(np.stack([frames_of(scenes, seed, plan)[0] for seed in range(60)]), truth_of(scenes[-1]))).max()
+        < 3.5
+    )
