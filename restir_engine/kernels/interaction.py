@@ -62,7 +62,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     sp.primitive = primitive
     sp.mesh = placed.mesh
     sp.light = -1
-    sp.material = _material(scene, placed, mesh, primitive)
+    sp.material = triangle_material(scene, placed, mesh, primitive)
     sp.t = t
     sp.u = u
     sp.v = v
@@ -99,7 +99,8 @@ def _corner_normal(mesh, primitive, corner):
 
 
 @inlined
-def _material(scene, placed, mesh, primitive):
+def triangle_material(scene, placed, mesh, primitive):
+    """The index of a triangle's material."""
     slot = 0
     if mesh.material_slots != 0:
         slot = max(0, min(load_i32(mesh.material_slots, primitive), placed.n_materials - 1))

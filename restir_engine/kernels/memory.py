@@ -80,7 +80,7 @@ def _storer(name):
 load_f32, store_f32 = _loader("f32"), _storer("f32")
 load_f64, store_f64 = _loader("f64"), _storer("f64")
 load_u8, store_u8 = _loader("u8"), _storer("u8")
-load_u16, store_u16 = _loader("u16"), _storer("u16")
+load_u16 = _loader("u16")
 load_i32, store_i32 = _loader("i32"), _storer("i32")
 load_u32, store_u32 = _loader("u32"), _storer("u32")
 load_i64, store_i64 = _loader("i64"), _storer("i64")

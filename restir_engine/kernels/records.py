@@ -28,7 +28,7 @@ def _record(*fields) -> np.dtype:
 DOMAIN_POINT, DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_MESH = 0, 1, 2, 3
 
 # Interned names with a meaning of their own; see scene.names.
-ATTRIBUTE_UV, ATTRIBUTE_GENERATED, ATTRIBUTE_COLOR = 0, 1, 2
+ATTRIBUTE_UV, ATTRIBUTE_GENERATED = 0, 1
 
 ATTRIBUTE = _record(
     "name",  # interned, see Scene.attribute_names; 0 is the active render UV map
@@ -112,13 +112,13 @@ MATERIAL = _record(
     "emission_sampling",  # 0 none, 1 auto, 2 front, 3 back, 4 both
     "medium",  # start of the program of the medium inside in `code`, -1: none; it uses the same constants
     "medium_priority",  # where media overlap, those of the highest priority count
-    ("emission_estimate", 3),  # radiance, for light selection; 0 where it does not emit
+    ("emission_estimate", 3),  # radiance; only about right with MATERIAL_VARYING_EMISSION; 0: does not emit
     ("lambert", 3),  # weight of the one lobe of MATERIAL_LAMBERT
 )
 MATERIAL_EMITS = 1
 MATERIAL_LAMBERT = 8  # nothing but a Lambert lobe of weight `lambert`: the program need not run
 MATERIAL_TRANSPARENT = 2  # may let shadow rays through
-MATERIAL_VARYING_EMISSION = 4  # emission depends on the point (a texture)
+MATERIAL_VARYING_EMISSION = 4  # emission depends on the point or the direction (a texture, a coat)
 MATERIAL_SUBSURFACE = 16  # may make a LOBE_SUBSURFACE: its meshes have a bottom-level scene
 MATERIAL_BUMPED_EXIT = 32  # its subsurface lobes have normals of their own: light leaves by these
 MATERIAL_MEDIUM = 64  # has a medium inside
@@ -225,6 +225,7 @@ LIGHT_SAMPLE = _record(
     "instance",  # of an emissive triangle
     "primitive",
     ("mis_pdf", 1),  # solid angle: what MIS weighs it by; pdf itself, but where it was resampled from a tile
+    ("point_pdf", 1),  # solid-angle density of 1 in the measure of kernels.lights.places, as light_point left it
     ("variate", 3),  # of mean 0, to be added times a guess of V: all candidates of a tile less the chosen one
 )
 LIGHT_SAMPLE_DELTA = 1
@@ -276,6 +277,8 @@ TILE_ENTRY = np.dtype(  # such a point; how it shines stands in the groups of ke
         ("u", np.float32),
         ("v", np.float32),
         ("pdf", np.float32),  # in the measure of points; 0: empty
+        ("size", np.float32),  # twice the area of a triangle that emits evenly: `p` and `shine` tell all; else 0
+        ("p", np.float64, (3,)),  # on such a triangle
     ]
 )
 
@@ -326,7 +329,6 @@ CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA = 0, 1, 2
 
 SCENE = _record(
     "embree",  # RTCScene, top level
-    "intersect_args",  # address of the RTCIntersectArguments that kernels use
     "meshes",
     "n_meshes",
     "instances",

@@ -108,11 +108,6 @@ def to_world(v, t, b, n):
 
 
 @device
-def to_local(v, t, b, n):
-    return (dot(v, t), dot(v, b), dot(v, n))
-
-
-@device
 def vec(a):
     """A record's (3,) field as a tuple."""
     return (float(a[0]), float(a[1]), float(a[2]))

@@ -55,9 +55,9 @@ from ...kernels.records import (
     POINT_ON_WORLD,
     RAY_LAST,
     RAY_TRANSPARENT,
+    SCENE_HAS_MEDIA,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_SCATTER,
-    instance_at,
     light_at,
     light_sample_at,
     material_at,
@@ -104,6 +104,7 @@ STREAM = np.dtype(  # of a group's samples
         *_POINT,  # of the sample kept
         ("bsdf", np.float64, (9,)),  # towards it, by class of lobes
         ("bsdf_ratio", np.float64),  # p_bsdf / p_lights of a light sample, 0 where rays do not find it
+        ("origin", np.float64),  # SAMPLED, FOUND or CLEAR
     ]
 )
 GROUPS = np.dtype(  # of what groups have kept
@@ -117,6 +118,8 @@ GROUPS = np.dtype(  # of what groups have kept
         ("light", np.float64, (9,)),  # Σ f V W of all groups
     ]
 )
+# A light sample; what the ray by the BSDF finds, behind something; and what it finds with nothing in its way.
+SAMPLED, FOUND, CLEAR = 0.0, 1.0, 2.0
 WORK_STREAMS = SCRATCH_SCATTER
 WORK_GROUPS = WORK_STREAMS + 3 * STREAM.itemsize
 _stream_at = record_at(STREAM)
@@ -161,7 +164,7 @@ def _found_by_rays(scene, ls):
 
 
 @inlined
-def _offer(reuse, layers, scratch, f, radiance, factor, ratio):
+def _offer(reuse, layers, scratch, f, radiance, factor, ratio, origin):
     """Stream a sample by the weight p̂ · factor; bits of the layers that keep it. f: the BSDF (9 floats)."""
     rgb = mul(lobe_sum(f), radiance)
     keepers = 0
@@ -175,6 +178,7 @@ def _offer(reuse, layers, scratch, f, radiance, factor, ratio):
             if chosen:
                 keepers |= 1 << layer
                 stream.bsdf_ratio = ratio
+                stream.origin = origin
                 for k in range(9):
                     stream.bsdf[k] = f[k]
     return keepers
@@ -193,17 +197,15 @@ def _keep(scratch, layers, keepers, source, primitive, u, v):
 
 
 @inlined
-def _light_candidate(scene, reuse, layers, scratch, path, sp, index, count):
-    """Stream a light sample, the `index`-th of `count`; its part of the mean of all variates."""
+def _light_candidate(scene, reuse, layers, scratch, sp, key, index, count):
+    """Stream one of `count` light samples, that of an index of random numbers; its part of the mean of all variates."""
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    key = rng.hash_combine(path.key, _CANDIDATES)
-    index = (path.sample * count + index) & 0xFFFFFFFF
     u0, u1 = rng.sample2(key, index, _DIM_POINT)
     if light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT)):
         f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
         ratio = pdf / (count * ls.mis_pdf) if _found_by_rays(scene, ls) else 0.0
         factor = 1.0 / (ls.pdf * count * (1.0 + ratio))
-        keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, ratio)
+        keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, ratio, SAMPLED)
         if keepers:
             source, primitive, x, y = point_of_sample(scene, sp, ls)
             _keep(scratch, layers, keepers, source, primitive, x, y)
@@ -211,7 +213,7 @@ def _light_candidate(scene, reuse, layers, scratch, path, sp, index, count):
 
 
 @device
-def _found(scene, reuse, layers, scratch, sp, count, source, primitive, x, y, light_pdf):
+def _found(scene, reuse, layers, scratch, sp, count, origin, source, primitive, x, y, light_pdf):
     """Stream a light that the BSDF's ray found; count: of all light samples."""
     if not (light_pdf > 0.0 and light_point(scene, sp, scratch, source, primitive, x, y)):
         return
@@ -220,15 +222,15 @@ def _found(scene, reuse, layers, scratch, sp, count, source, primitive, x, y, li
         return
     f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
     factor = 1.0 / (count * light_pdf + pdf)
-    keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, 0.0)
+    keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, 0.0, origin)
     _keep(scratch, layers, keepers, source, primitive, x, y)
 
 
 @device
-def _found_lamp(scene, reuse, layers, scratch, sp, count, light, o, d, t):
+def _found_lamp(scene, reuse, layers, scratch, sp, count, origin, light, o, d, t):
     _, _, _, pdf = light_radiance(scene, scratch, sp, light, o, d, t)
     x, y = point_of_lamp(scene, light, o, d, t)
-    _found(scene, reuse, layers, scratch, sp, count, light, POINT_ON_LAMP, x, y, pdf)
+    _found(scene, reuse, layers, scratch, sp, count, origin, light, POINT_ON_LAMP, x, y, pdf)
 
 
 @device
@@ -244,6 +246,7 @@ def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, co
     flags = ray_flags(label)
     point = tile_point(scratch)
     tmin = 0.0
+    origin = FOUND if scene.flags & SCENE_HAS_MEDIA else CLEAR
     for _ in range(integrator.transparent_bounces - path.transparent_bounce + 1):
         t, instance, primitive, x, y = intersect(scene, scratch, o, d, tmin, FAR, ray_visibility(flags))
         if tmin == 0.0:
@@ -256,20 +259,19 @@ def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, co
             light, distance = lights_intersect(scene, o, d, tmin, t, flags)
             if light < 0:
                 break
-            _found_lamp(scene, reuse, layers, scratch, sp, count, light, o, d, distance)
+            _found_lamp(scene, reuse, layers, scratch, sp, count, origin, light, o, d, distance)
             tmin = next_after(distance)
         if instance < 0:
             light = sun_next(scene, d, 0, flags)
             while light >= 0:
-                _found_lamp(scene, reuse, layers, scratch, sp, count, light, o, d, FAR)
+                _found_lamp(scene, reuse, layers, scratch, sp, count, origin, light, o, d, FAR)
                 light = sun_next(scene, d, light + 1, flags)
             x, y = octahedral(d)
-            _found(scene, reuse, layers, scratch, sp, count, 0, POINT_ON_WORLD, x, y, world_pdf(scene, d))
+            _found(scene, reuse, layers, scratch, sp, count, origin, 0, POINT_ON_WORLD, x, y, world_pdf(scene, d))
             return
         surface_point(scene, point, instance, primitive, x, y, t, d)
-        if instance_at(scene.instances, instance).lights >= 0:
-            density = triangle_pdf(scene, point, vec(sp.p))
-            _found(scene, reuse, layers, scratch, sp, count, instance, primitive, x, y, density)
+        density = triangle_pdf(scene, point, vec(sp.p))
+        _found(scene, reuse, layers, scratch, sp, count, origin, instance, primitive, x, y, density)
         if material_at(scene.materials, point.material).flags & MATERIAL_TRANSPARENT == 0:
             return
         flags |= RAY_TRANSPARENT
@@ -278,6 +280,7 @@ def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, co
         if max3(vec(point.transparent)) <= 0.0:
             return
         tmin = next_after(t)
+        origin = FOUND
 
 
 @inlined
@@ -301,8 +304,12 @@ def _nine(a):
 
 
 @device
-def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, sampled):
-    """Light the vertex by the samples that a group has kept, and stream them; `sampled`: they are light samples."""
+def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, last, at_hand):
+    """Light the vertex by the samples that a group has kept, and stream them.
+
+    at_hand: it is one light sample, the LIGHT_SAMPLE in scratch. last: no reuse follows, so that V is that of whichever
+    ray has found the light, as with PATH; reuse needs V to be one function, that of shadow rays.
+    """
     f = DARK
     v = (0.0, 0.0, 0.0)
     known = -1  # the layer whose sample f and V are of
@@ -313,10 +320,13 @@ def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, sa
         if known < 0 or not _same(stream, _stream(scratch, known)):
             f = DARK
             source, primitive = stream.source, stream.primitive
-            if light_point(scene, sp, scratch, source, primitive, float(stream.u), float(stream.v)):
+            if at_hand or light_point(scene, sp, scratch, source, primitive, float(stream.u), float(stream.v)):
                 f = integrand(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0), _nine(stream.bsdf))
-                v = visibility(scene, integrator, frame, scratch, pixel)
-                if sampled:
+                if last != 0 and stream.origin == CLEAR:
+                    v = (1.0, 1.0, 1.0)
+                else:
+                    v = visibility(scene, integrator, frame, scratch, pixel)
+                if stream.origin == SAMPLED:
                     learn(path_at(frame.paths, pixel).guess, FIRST, v)
             known = layer
         _take(reuse_at(reuse, layer), _groups(scratch, layer), stream, f, v)
@@ -385,14 +395,15 @@ def _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key
     choice = rng.sample1(key, path.sample, _DIM_CHOICE)
     _start_streams(scratch, layers, choice)
     for i in range(count):
-        variate = add(variate, _light_candidate(scene, reuse, layers, scratch, path, sp, i, count))
+        index = (path.sample * count + i) & 0xFFFFFFFF
+        variate = add(variate, _light_candidate(scene, reuse, layers, scratch, sp, key, index, count))
         if apart:
-            _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, True)
+            _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, last, True)
             _start_streams(scratch, layers, choice)
     store3_f32(frame.variates, pixel, scale(variate, expected))
     hit = hit_at(frame.hits, pixel)
     _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, count)
-    _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, not apart)
+    _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, last, False)
 
 
 @kernel

@@ -45,10 +45,10 @@ def unshadowed(scene, sp, scratch, source, primitive, u, v):
 
 @inlined
 def integrand(ls, f):
-    """f of a LIGHT_SAMPLE that light_point filled, from the BSDF towards it."""
-    r = ls.radiance[0] / ls.pdf
-    g = ls.radiance[1] / ls.pdf
-    b = ls.radiance[2] / ls.pdf
+    """f of a LIGHT_SAMPLE from light_point or a tile, from the BSDF towards it."""
+    r = ls.radiance[0] / ls.point_pdf
+    g = ls.radiance[1] / ls.point_pdf
+    b = ls.radiance[2] / ls.point_pdf
     f = (f[0] * r, f[1] * g, f[2] * b, f[3] * r, f[4] * g, f[5] * b, f[6] * r, f[7] * g, f[8] * b)
     rgb = lobe_sum(f)
     return f if math.isfinite(rgb[0] + rgb[1] + rgb[2]) else DARK

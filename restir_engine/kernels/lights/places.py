@@ -80,7 +80,7 @@ def light_point(scene, sp, scratch, source, primitive, u, v):
         if code == 0:
             return False
         call_entry(code, record_address(scene), record_address(sp), scratch, 0, 0)
-    ls.mis_pdf = ls.pdf
+    ls.mis_pdf = ls.point_pdf = ls.pdf
     return ls.pdf > 0.0 and (ls.radiance[0] != 0.0 or ls.radiance[1] != 0.0 or ls.radiance[2] != 0.0)
 
 

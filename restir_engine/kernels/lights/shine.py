@@ -35,6 +35,12 @@ def _put3(group, field, lane, v):
     store_f32(group, LANES * (field + 2) + lane, v[2])
 
 
+@inlined
+def _load3(group, field, lane):
+    x = load_f32(group, LANES * field + lane)
+    return x, load_f32(group, LANES * (field + 1) + lane), load_f32(group, LANES * (field + 2) + lane)
+
+
 @device
 def _put(group, lane, p, near, n, nearest, two_sided, slope, base, least, most, loose):
     _put3(group, P, lane, p)
@@ -83,6 +89,12 @@ def put_cone(group, lane, center, axis, radius, cosine, blend):
 def put_face(group, lane, p, n, two_sided):
     """A point of a face that shines by the cosine to n, to one side (two_sided 0.0) or both (1.0)."""
     _put(group, lane, p, 1.0, n, 0.0, two_sided, 1.0, 0.0, 0.0, _BOUNDLESS, 0.0)
+
+
+@inlined
+def face_of(group, lane):
+    """(normal, power) of a point of a face."""
+    return _load3(group, N, lane), _load3(group, POWER, lane)
 
 
 @inlined

@@ -14,7 +14,7 @@ import math
 
 from .. import rng
 from ..emission import off_surface, run_emission, shadow_point, world_point
-from ..interaction import surface_point
+from ..interaction import surface_point, triangle_material
 from ..jit import device, entry, inlined, kernel
 from ..memory import load_f32, load_f64, load_i32
 from ..records import (
@@ -32,11 +32,13 @@ from ..records import (
     SCRATCH_SHINE,
     emitter_at,
     emitter_group_at,
+    instance_at,
     light_at,
     light_sample_at,
     light_table_at,
     light_tiles_at,
     material_at,
+    mesh_at,
     scene_at,
     shading_point_at,
     tile_entry_at,
@@ -53,6 +55,7 @@ from .select import lamp_share
 from .shine import (
     GROUP_BYTES,
     LANES,
+    face_of,
     put_ball,
     put_chance,
     put_cone,
@@ -66,7 +69,7 @@ from .shine import (
     shine_sum,
 )
 from .sun import sun_direction
-from .triangle import even_barycentrics, triangle_vertices
+from .triangle import even_barycentrics, place_even, triangle_vertices
 
 # What a light whose emission varies is taken to send at least, beside what it shows at the point that was drawn: its
 # emission may depend on the direction, and what may light a point must be chosen sometimes.
@@ -89,6 +92,7 @@ def fill_tiles(scene, scratch, seed, first, last):
             e = tile_entry_at(tiles.entries, tile * size + i)
             e.pdf = 0.0
             e.primitive = POINT_NOWHERE
+            e.size = 0.0
             shines = tiles.shines + GROUP_BYTES * (tile * tiles.groups + i // LANES)
             lane = i % LANES
             u = rng.sample1(key, i, 0)
@@ -209,17 +213,23 @@ def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, shines, lane):
     e.u = x
     e.v = y
     e.pdf = emitter.probability * load_f32(group.probabilities, primitive)
-    put_face(shines, lane, madd(madd(a, sub(b, a), x), sub(c, a), y), n, 1.0)
-    point = shadow_point(scratch, sp)
-    aside = madd(n, normalize(sub(b, a)), 0.7)  # not straight on, where some emission ends
-    surface_point(scene, point, emitter.instance, primitive, x, y, 1.0, neg(normalize(aside)))
-    material = material_at(scene.materials, point.material)
+    p = madd(madd(a, sub(b, a), x), sub(c, a), y)
+    put_face(shines, lane, p, n, 1.0)
+    placed = instance_at(scene.instances, emitter.instance)
+    index = triangle_material(scene, placed, mesh_at(scene.meshes, placed.mesh), primitive)
+    material = material_at(scene.materials, index)
     estimate = vec(material.emission_estimate)
     if material.flags & MATERIAL_VARYING_EMISSION:
+        point = shadow_point(scratch, sp)
+        aside = madd(n, normalize(sub(b, a)), 0.7)  # not straight on, where some emission ends
+        surface_point(scene, point, emitter.instance, primitive, x, y, 1.0, neg(normalize(aside)))
         front = run_emission(scene, point)
         point = shadow_point(scratch, sp)
         surface_point(scene, point, emitter.instance, primitive, x, y, 1.0, normalize(aside))
         estimate = _at_least(scale(add(front, run_emission(scene, point)), 0.5), estimate)
+    else:
+        e.size = size
+        put(e.p, p)
     put_power(shines, lane, scale(estimate, 0.5 * size))
 
 
@@ -293,6 +303,17 @@ def choose_entry(scene, scratch, sp, u0, u1, u2):
     return chosen, total / weight * s, scale(madd(mean, color, -total / weight), s)
 
 
+@inlined
+def _place(scene, sp, scratch, tiles, index, e, ls):
+    """light_point for an entry e, the index-th; of a triangle that emits evenly no memory is read but the tile's."""
+    if e.size == 0.0:
+        return light_point(scene, sp, scratch, int(e.source), int(e.primitive), float(e.u), float(e.v))
+    n, power = face_of(tiles.shines + GROUP_BYTES * (index // LANES), index % LANES)
+    radiance = scale(power, 2.0 / e.size)
+    source, primitive = int(e.source), int(e.primitive)
+    return place_even(scene, sp, source, primitive, float(e.u), float(e.v), vec(e.p), n, float(e.size), radiance, ls)
+
+
 @entry
 def sample_tiles(scene, sp, scratch, _a, _b):
     """light_sample from tiles: random numbers in ls.uv and ls.distance; ls.pdf stays 0 without sample."""
@@ -306,9 +327,10 @@ def sample_tiles(scene, sp, scratch, _a, _b):
         return
     tiles = light_tiles_at(light_table_at(scene.light_table, 0).tiles, 0)
     e = tile_entry_at(tiles.entries, chosen)
-    if not light_point(scene, sp, scratch, int(e.source), int(e.primitive), float(e.u), float(e.v)):
+    if not _place(scene, sp, scratch, tiles, chosen, e, ls):
         ls.pdf = 0.0
         return
     # The point's own contribution weight by `places` is `weight` / e.pdf.
+    ls.point_pdf = ls.pdf
     ls.mis_pdf = tiles.candidates * e.pdf * ls.pdf
     ls.pdf *= e.pdf / weight

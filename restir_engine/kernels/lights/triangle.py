@@ -3,10 +3,11 @@
 import math
 
 from ..emission import run_emission, shadow_point
-from ..interaction import surface_point
+from ..interaction import surface_point, triangle_material
 from ..jit import device, inlined
 from ..memory import load_f32, load_i32, load_u32
 from ..records import (
+    MATERIAL_VARYING_EMISSION,
     emitter_at,
     emitter_group_at,
     instance_at,
@@ -15,7 +16,7 @@ from ..records import (
     material_at,
     mesh_at,
 )
-from ..vec import cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
+from ..vec import add, cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
 from ..warp import alias_pick
 
 # Emission sampling of materials; 1 (auto) and 4 mean both sides.
@@ -130,12 +131,7 @@ def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
         if density == 0.0:
             return False
     ls.pdf = density * emitter.probability * load_f32(group.probabilities, primitive)
-    point = shadow_point(scratch, sp)
-    surface_point(scene, point, instance, primitive, u, v, t, d)
-    if not _sampled_side(scene, point):
-        return False
-    _put_point(scene, point, d, t, ls)
-    return True
+    return _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, True)
 
 
 @inlined
@@ -145,20 +141,37 @@ def _area_density(distance2, along):
 
 
 @inlined
-def _put_point(scene, point, d, t, ls):
-    """Fill ls, but for its density, with the point of a triangle that is seen at distance t along d."""
-    put(ls.radiance, run_emission(scene, point))
+def put_point(scene, instance, primitive, u, v, p, d, t, radiance, ls):
+    """Fill ls, but for its density, with the point p of a triangle that is seen at distance t along d."""
+    put(ls.radiance, radiance)
     ls.light = -1
     ls.flags = 0
-    ls.visibility = instance_at(scene.instances, point.instance).visibility
+    ls.visibility = instance_at(scene.instances, instance).visibility
     put(ls.wi, d)
     ls.distance = t
-    put(ls.p, vec(point.p))
-    put(ls.ng, vec(point.ng))
-    ls.uv[0] = point.u
-    ls.uv[1] = point.v
-    ls.instance = point.instance
-    ls.primitive = point.primitive
+    put(ls.p, p)
+    ls.uv[0] = u
+    ls.uv[1] = v
+    ls.instance = instance
+    ls.primitive = primitive
+
+
+@inlined
+def _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, sided):
+    """`put_point` with what the triangle emits; False where `sided` and light sampling leaves that side out."""
+    placed = instance_at(scene.instances, instance)
+    index = triangle_material(scene, placed, mesh_at(scene.meshes, placed.mesh), primitive)
+    material = material_at(scene.materials, index)
+    radiance = vec(material.emission_estimate)
+    one = sided and (material.emission_sampling == _FRONT or material.emission_sampling == _BACK)
+    if one or material.flags & MATERIAL_VARYING_EMISSION:
+        point = shadow_point(scratch, sp)
+        surface_point(scene, point, instance, primitive, u, v, t, d)
+        if one and not _sampled_side(scene, point):
+            return False
+        radiance = run_emission(scene, point)
+    put_point(scene, instance, primitive, u, v, p, d, t, radiance, ls)
+    return True
 
 
 @device
@@ -167,7 +180,8 @@ def place_triangle(scene, sp, scratch, instance, primitive, u, v, ls):
     a, b, c = triangle_vertices(scene, instance, primitive)
     ab = sub(b, a)
     ac = sub(c, a)
-    w = sub(madd(madd(a, ab, u), ac, v), vec(sp.p))
+    p = madd(madd(a, ab, u), ac, v)
+    w = sub(p, vec(sp.p))
     t2 = dot(w, w)
     if t2 == 0.0:
         return False
@@ -176,40 +190,58 @@ def place_triangle(scene, sp, scratch, instance, primitive, u, v, ls):
     ls.pdf = _area_density(t2, dot(d, cross(ab, ac)))
     if ls.pdf == 0.0:
         return False
-    point = shadow_point(scratch, sp)
-    surface_point(scene, point, instance, primitive, u, v, t, d)
-    _put_point(scene, point, d, t, ls)
-    return True
+    return _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, False)
 
 
 @device
-def triangle_density(scene, sp, o):
-    """Density by solid angle at o of points uniform by area, of the point sp of a triangle."""
-    a, b, c = triangle_vertices(scene, sp.instance, sp.primitive)
-    w = sub(vec(sp.p), o)
+def place_even(scene, sp, instance, primitive, u, v, p, n, size, radiance, ls):
+    """`place_triangle` where all is known: the point, its radiance, the unit normal n and twice the area."""
+    w = sub(p, vec(sp.p))
     t2 = dot(w, w)
-    return _area_density(t2, dot(w, cross(sub(b, a), sub(c, a))) / math.sqrt(t2)) if t2 > 0.0 else 0.0
+    if t2 == 0.0:
+        return False
+    t = math.sqrt(t2)
+    d = scale(w, 1.0 / t)
+    ls.pdf = _area_density(t2, size * dot(d, n))
+    put_point(scene, instance, primitive, u, v, p, d, t, radiance, ls)
+    return ls.pdf > 0.0
+
+
+@device
+def triangle_chance(scene, instance, primitive):
+    """The probability that a light sample, or a point of a tile, is one of this triangle; mostly 0."""
+    if scene.light_table == 0 or instance < 0:
+        return 0.0
+    table = light_table_at(scene.light_table, 0)
+    i = instance_at(scene.instances, instance).lights
+    if i < 0 or table.triangles == 0.0:
+        return 0.0
+    emitter = emitter_at(table.emitters, i)
+    group = emitter_group_at(table.groups, emitter.group)
+    return table.triangles * emitter.probability * load_f32(group.probabilities, primitive)
 
 
 @device
 def triangle_pdf(scene, sp, o):
     """light_sample's mis_pdf (solid angle at o) for the point sp of an emissive triangle; 0 where never sampled."""
-    if scene.light_table == 0 or sp.instance < 0:
+    chance = triangle_chance(scene, sp.instance, sp.primitive)
+    if chance == 0.0:
         return 0.0
-    table = light_table_at(scene.light_table, 0)
-    i = instance_at(scene.instances, sp.instance).lights
-    if i < 0 or table.triangles == 0.0:
-        return 0.0
-    emitter = emitter_at(table.emitters, i)
-    group = emitter_group_at(table.groups, emitter.group)
-    chosen = table.triangles * emitter.probability * load_f32(group.probabilities, sp.primitive)
-    if table.tiles != 0:
-        return light_tiles_at(table.tiles, 0).candidates * chosen * triangle_density(scene, sp, o)
-    if chosen == 0.0 or not _sampled_side(scene, sp):
-        return 0.0
-    a, b, c = triangle_vertices(scene, sp.instance, sp.primitive)
-    n = cross(sub(b, a), sub(c, a))
-    solid_angle = _spherical(a, b, c, n, o)
-    if solid_angle > 0.0:
-        return chosen / solid_angle
-    return chosen * triangle_density(scene, sp, o)
+    tiles = light_table_at(scene.light_table, 0).tiles
+    side = -1.0 if sp.backfacing else 1.0  # surface_point has turned the tangents over
+    ab = scale(vec(sp.dpdu), side)
+    ac = scale(vec(sp.dpdv), side)
+    n = cross(ab, ac)
+    p = vec(sp.p)
+    if tiles != 0:
+        chance *= light_tiles_at(tiles, 0).candidates
+    else:
+        if not _sampled_side(scene, sp):
+            return 0.0
+        a = madd(madd(p, ab, -sp.u), ac, -sp.v)
+        solid_angle = _spherical(a, add(a, ab), add(a, ac), n, o)
+        if solid_angle > 0.0:
+            return chance / solid_angle
+    w = sub(p, o)
+    t2 = dot(w, w)
+    return chance * _area_density(t2, dot(w, n) / math.sqrt(t2)) if t2 > 0.0 else 0.0

@@ -75,9 +75,11 @@ def _analyse(c, node, layout, weight, words) -> None:
     if node.bl_idname == "ShaderNodeBsdfPrincipled":
         inputs = dict(zip((item.name for item in layout.inputs), words, strict=False))
         alpha = c.constant_value(inputs["Alpha"])
-        if alpha is None or alpha[0] < 1.0:
+        opaque = alpha is not None and alpha[0] >= 1.0
+        if not opaque:
             c.lets_light_through()
-        c.emits(weight, inputs["Emission Color"], inputs["Emission Strength"])
+        bare = all(c.constant_value(inputs[layer]) == (0.0,) for layer in ("Coat Weight", "Sheen Weight"))
+        c.emits(weight, inputs["Emission Color"], inputs["Emission Strength"], opaque and bare)
         note_subsurface(c, node, inputs["Subsurface Weight"])
     if node.bl_idname == "ShaderNodeSubsurfaceScattering":
         note_subsurface(c, node, None)

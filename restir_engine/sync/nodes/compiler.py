@@ -141,17 +141,18 @@ class Compiler(ValueCompiler):
             if self.position > before + 1:
                 self.insert_jump(before, weight)
 
-    def emits(self, weight: int, color: int, strength: int) -> None:
-        """Note that weight · colour · strength is emitted: flags and the estimate for light selection."""
+    def emits(self, weight: int, color: int, strength: int, exact: bool = True) -> None:
+        """Note that weight · colour · strength is emitted (if not exact: about that): flags and the estimate."""
         known = [self.constant_value(weight, 3), self.constant_value(color, 3), self.constant_value(strength)]
         if any(values is not None and not any(values) for values in known):
             return
-        if any(values is None for values in known):
+        share = self._estimates.get(weight, 1.0) if known[0] is None else np.array(known[0])
+        radiance = [np.array(values) if values is not None else np.ones(1) for values in known[1:]]
+        radiance = share * radiance[0] * radiance[1]
+        if not exact or any(values is None for values in known) or (radiance < 0.0).any():
             self.flags |= rec.MATERIAL_VARYING_EMISSION
         self.flags |= rec.MATERIAL_EMITS
-        share = self._estimates.get(weight, 1.0)
-        radiance = [np.array(values) if values is not None else np.ones(1) for values in known[1:]]
-        self.emission_estimate += share * np.maximum(radiance[0] * radiance[1], 0.0)
+        self.emission_estimate += np.maximum(radiance, 0.0)
 
     def _varies_in_space(self, instruction: list[int]) -> bool:
         """Whether what an instruction computes depends on the point: textures, and most of what is read from it."""
