@@ -1,4 +1,4 @@
-"""The mixture of lines and channels that probes choose from, turned round: by which numbers a probe finds a given point.
+"""The mixture of lines and channels that probes choose from, turned round: the numbers by which one finds a point.
 
 A point x₂ that a probe from x₁ found may have come by several lines and channels. Chosen by their posterior, with the
 numbers of radius and angle computed from the point, they are distributed as those that found it: what replaying a path
