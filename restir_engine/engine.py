@@ -1,7 +1,7 @@
-"""The render engine as Blender sees it: final frames and previews of materials.
+"""The render engine as Blender sees it: final frames, previews of materials and the 3D view.
 
 The order for every view layer and frame is `update` (depsgraph → scene), then `render` (scene → film, by a session that
-knows nothing of Blender).
+knows nothing of Blender). In the 3D view it is `view_update` where something has changed, and `view_draw`.
 """
 
 from __future__ import annotations
@@ -35,6 +35,12 @@ class RestirEngine(bpy.types.RenderEngine):
         super().__init__(*args, **kwargs)
         self.scene = None
         self.settings = None
+        self.view = None
+
+    def __del__(self) -> None:
+        if getattr(self, "view", None) is not None:
+            self.view.close()
+        getattr(super(), "__del__", lambda: None)()
 
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows into a scene of our own."""
@@ -85,6 +91,24 @@ class RestirEngine(bpy.types.RenderEngine):
         self.end_result(result, cancel=not session.film.samples)
         if not self.is_preview:
             report_warnings(self, depsgraph.scene, session.scene.warnings)
+
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Read what the 3D view shows, again."""
+        problem = requirements.problem()
+        if problem:
+            self.update_stats("", problem)
+            return
+        if self.view is None:
+            configure_cache()
+            from .viewport import Viewport
+
+            self.view = Viewport()
+        self.view.update(context, depsgraph)
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Show what has been rendered of it."""
+        if self.view is not None:
+            self.view.draw(self, context, depsgraph)
 
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         """Tell Blender which passes there will be."""

@@ -187,7 +187,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
     )
     preview_samples: IntProperty(
         name="Preview Samples",
-        description="Paths for each pixel of a material's preview",
+        description="Paths for each pixel of the 3D view and of a material's preview",
         default=32,
         min=1,
         soft_max=128,
@@ -288,7 +288,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
     )
     preview_sss_method: EnumProperty(
         name="Preview",
-        description="How previews of materials follow light below surfaces",
+        description="How the 3D view and previews of materials follow light below surfaces",
         items=(("FINAL", "As Final", "As in final renders"), *SSS_METHODS),
         default="FINAL",
     )
@@ -540,6 +540,13 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "passes": enabled_passes(view_layer),
         }
+    )
+
+
+def viewport_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> RenderSettings:
+    """The RenderSettings of the 3D view: those of final frames, with samples and method for previews, in one seed."""
+    return replace(
+        preview_settings(scene, view_layer, scene), seed=scene.restir.seed, time_limit=0.0, use_denoising=False
     )
 
 

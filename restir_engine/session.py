@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+PREPARING = "Preparing the scene (the first render compiles kernels, about a minute)"
 TILE = 32  # pixels
 POLL = 0.05  # seconds between looks at the cancel flag
 INTEGRATORS = {
@@ -89,11 +90,16 @@ def memory_in_use() -> int:
 
 
 class Session:
-    """Renders `scene`, which it commits where that has not been done, with `settings` into `film`."""
+    """Renders `scene`, which it commits where that has not been done, with `settings` into `film`.
 
-    def __init__(self, scene: Scene, settings: RenderSettings) -> None:
+    history: that of the session before, which a frame may resample; afterwards that of this one.
+    """
+
+    def __init__(self, scene: Scene, settings: RenderSettings, history: object | None = None) -> None:
         self.scene = scene
         self.settings = settings
+        self.history = history
+        self._integrator: Integrator | None = None
         self.status = Status(total=settings.samples)
         width, height = scene.camera.film_size
         passes = required_passes(settings.passes, settings.use_denoising)
@@ -104,6 +110,19 @@ class Session:
     def cancel(self) -> None:
         """End the render soon; safe from any thread."""
         self._cancel.set()
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether it was or is being cancelled."""
+        return self._cancel.is_set()
+
+    def prepare(self) -> None:
+        """Commit the scene and compile or load the integrator on the calling thread, which `render` does on another."""
+        if not self.scene.committed:
+            self.scene.commit()
+        self._integrator = self._new_integrator()
+        self.history = self._integrator.history
+        cache.remove_old()
 
     def render(
         self,
@@ -118,10 +137,10 @@ class Session:
         Raises what a kernel raised, with the film as it was.
         """
         start = time.perf_counter()
-        self._report("Preparing the scene (the first render compiles kernels, about a minute)", start, on_progress)
-        integrator = self._load(cancelled, start, on_progress)
-        if integrator is None:
+        self._report(PREPARING, start, on_progress)
+        if self._integrator is None and not self._load(cancelled, start, on_progress):
             return False
+        integrator = self._integrator
         threads = self.settings.threads or os.cpu_count() or 1
         with ThreadPoolExecutor(threads, "restir") as pool:
             try:
@@ -149,18 +168,15 @@ class Session:
         self.status = Status(stage, done, total, elapsed, remaining, memory_in_use())
         on_progress(self.status)
 
-    def _load(self, cancelled, start, on_progress):
-        """Commit the scene and load or compile the integrator, in a daemon thread: Esc and quit answer at once."""
-        result: list = []
+    def _load(self, cancelled, start, on_progress) -> bool:
+        """`prepare` in a daemon thread: Esc and quit answer at once; False when it was cancelled."""
+        errors: list[BaseException] = []
 
         def work() -> None:
             try:
-                if not self.scene.committed:
-                    self.scene.commit()
-                result.append(self._integrator())
-                cache.remove_old()
+                self.prepare()
             except BaseException as error:  # handed to the calling thread
-                result.append(error)
+                errors.append(error)
 
         thread = threading.Thread(target=work, name="restir-compile", daemon=True)
         thread.start()
@@ -168,17 +184,17 @@ class Session:
         while thread.is_alive():
             thread.join(POLL)
             if self._stopped(cancelled):
-                return None
+                return False
             self._report(stage, start, on_progress)
-        if isinstance(result[0], BaseException):
-            raise result[0]
-        return result[0]
+        if errors:
+            raise errors[0]
+        return True
 
-    def _integrator(self) -> Integrator:
+    def _new_integrator(self) -> Integrator:
         """The integrator that the settings name; its module, and so its kernels, are imported when it is used."""
         module, name = INTEGRATORS[self.settings.integrator]
         module = importlib.import_module(module, __package__)
-        return getattr(module, name)(self.scene, self.settings, self.film)
+        return getattr(module, name)(self.scene, self.settings, self.film, history=self.history)
 
     def _stopped(self, cancelled: Callable[[], bool]) -> bool:
         if cancelled():

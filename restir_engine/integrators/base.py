@@ -53,12 +53,13 @@ class Integrator:
     """An integrator with a committed scene, settings and a film; its constructor compiles or loads its kernels.
 
     `stages(first_sample, samples)` are the steps that add these samples to every pixel of the film, of which only the
-    last one writes to it; `max_batch` is how many samples they can take at once.
+    last one writes to it; `max_batch` is how many samples they can take at once. `history` is what the integrator of
+    the next frame of a sequence may resample, None where nothing is: that of an integrator of the same class.
     """
 
     max_batch = 1 << 30
 
-    def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
+    def __init__(self, scene: Scene, settings: RenderSettings, film: Film, history: object | None = None) -> None:
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self.record = integrator_record(settings, self._table)
         self.cache = None
@@ -70,7 +71,7 @@ class Integrator:
         self._media = media_entries(scene.record["flags"])
         self.record[0]["scatter"], self.record[0]["media"] = address(self._scatter), address(self._media)
         self.record[0]["camera_in_media"] = scene.camera_may_be_in_media()
-        self.scene, self.film = scene, film
+        self.scene, self.film, self.history = scene, film, history
         self.camera = np.zeros(1, CAMERA)
         self.camera[0] = scene.camera.record()
         if "Visibility Estimate" in settings.passes and not carries_visibility(settings):

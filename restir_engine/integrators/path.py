@@ -286,8 +286,8 @@ def bounce(scene, integrator, path, sp):
 class PathIntegrator(Integrator):
     """The PATH kernel with a scene, settings and a film."""
 
-    def __init__(self, scene: Scene, settings: RenderSettings, film: Film) -> None:
-        super().__init__(scene, settings, film)
+    def __init__(self, scene: Scene, settings: RenderSettings, film: Film, history: object | None = None) -> None:
+        super().__init__(scene, settings, film, history)
         self._render((0, 0, 0, 0), self.scratch(), 0, 0)  # compiles, or loads from the cache
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:

@@ -1,5 +1,7 @@
 """The camera and the part of its frame that is rendered."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field
 
@@ -49,6 +51,10 @@ class Camera:
         reach += (corner if self.kind == "ORTHO" else 0.0) + self.aperture / min(max(self.aperture_ratio, 1e-6), 1.0)
         center = np.array(self.to_world, np.float64)[:3, 3]
         return center - reach, center + reach
+
+    def same_as(self, other: Camera) -> bool:
+        """Whether both see the same."""
+        return self.record().tobytes() == other.record().tobytes()
 
     def record(self) -> np.void:
         """The CAMERA record."""

@@ -65,6 +65,12 @@ class Scene:
         self.lights.commit(self)
         self.committed = True
 
+    def look_from(self, camera: Camera) -> None:
+        """Take another camera; what has been committed stays so."""
+        self.camera = camera
+        self._camera_record = np.asarray(camera.record()).reshape(1)
+        self._record[0]["camera"] = address(self._camera_record)
+
     def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
         record[field] = address(array)
         self._arrays.append(array)
@@ -155,4 +161,4 @@ class Scene:
         self._share(record, "shader_entries", shader_entries(self.shaders.code))
         self._share(record, "texture_entries", texture_entries(self.shaders.code))
         self._share(record, "lobe_tables", lobe_tables())
-        self._share(record, "camera", np.asarray(self.camera.record()).reshape(1))
+        self.look_from(self.camera)

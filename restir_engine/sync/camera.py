@@ -31,6 +31,42 @@ def sync_camera(depsgraph, warnings, camera_object=None) -> Camera:
     )
 
 
+def sync_view(context, depsgraph) -> Camera:
+    """The camera of a 3D view: `context` has the region and its view. A camera's view has its depth of field."""
+    region, view = context.region, context.region_data
+    step = pixel_size(context.scene.render, context.preferences.system.pixel_size)
+    width, height = (max(-(-size // step), 1) for size in (region.width, region.height))
+    result = view_camera(np.array(view.view_matrix), np.array(view.window_matrix), width, height)
+    if view.view_perspective == "CAMERA":
+        camera_object = (context.space_data.camera or context.scene.camera).evaluated_get(depsgraph)
+        if camera_object.type == "CAMERA":
+            _read_lens(result, camera_object.data, _focus_location(camera_object.data))
+    return result
+
+
+def pixel_size(render, screen: float) -> int:
+    """How many of the region's pixels a side of a rendered one has; screen: of the screen's, 2 where they are tiny."""
+    return max(int(screen), 1) if render.preview_pixel_size == "AUTO" else int(render.preview_pixel_size)
+
+
+def view_camera(view: np.ndarray, window: np.ndarray, width: int, height: int) -> Camera:
+    """The `Camera` of a view by its two matrices, (4, 4): world to view, and view to clip coordinates."""
+    to_world = np.linalg.inv(view.astype(np.float64))
+    window = window.astype(np.float64)
+    (px, py, pz), (sx, sy) = window.diagonal()[:3], window[:2, 2]
+    if window[3, 3] == 0.0:
+        screen = ((sx - 1.0) / px, (sx + 1.0) / px, (sy - 1.0) / py, (sy + 1.0) / py)
+        near, far = window[2, 3] / (pz - 1.0), window[2, 3] / (pz + 1.0)
+        return Camera("PERSP", to_world, width, height, None, screen, near, far)
+    sx, sy = window[:2, 3]
+    screen = ((-1.0 - sx) / px, (1.0 - sx) / px, (-1.0 - sy) / py, (1.0 - sy) / py)
+    near, far = (1.0 + window[2, 3]) / pz, (window[2, 3] - 1.0) / pz
+    near, far = sorted((float(near), float(far)))
+    # Views in parallel see what lies behind them as well: their camera steps back.
+    to_world[:3, 3] -= to_world[:3, 2] / np.linalg.norm(to_world[:3, 2]) * near
+    return Camera("ORTHO", to_world, width, height, None, screen, 0.0, far - near)
+
+
 def frame_size(render) -> tuple[int, int]:
     """Width and height of the whole frame in pixels."""
     percentage = render.resolution_percentage

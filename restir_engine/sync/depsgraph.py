@@ -11,6 +11,7 @@ import numpy as np
 from ..kernels.memory import address
 from ..kernels.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER
 from ..scene import names
+from ..scene.camera import Camera
 from ..scene.instances import build_instances, usable
 from ..scene.mesh import Attribute, attribute_table, normals_for
 from ..scene.scene import Scene
@@ -35,14 +36,14 @@ def build_scene(depsgraph, settings) -> Scene:
     return scene
 
 
-def read_scene(depsgraph, settings) -> Scene:
+def read_scene(depsgraph, settings, camera: Camera | None = None) -> Scene:
     """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
 
-    Raises SceneError where no picture can come of it.
+    camera: who looks, where that is not the scene's camera. Raises SceneError where no picture can come of it.
     """
     scene = Scene()
     scene.frame = depsgraph.scene.frame_current
-    scene.camera = sync_camera(depsgraph, scene.warnings)
+    scene.camera = camera or sync_camera(depsgraph, scene.warnings)
     reader = _Reader(scene, depsgraph, settings)
     reader.read()
     sync_world(scene, depsgraph, reader.materials)

@@ -11,7 +11,7 @@ from mathutils import Vector
 
 from restir_engine.scene.errors import SceneError
 from restir_engine.scene.warnings import Warnings
-from restir_engine.sync.camera import sync_camera
+from restir_engine.sync.camera import pixel_size, sync_camera, view_camera
 
 EXTENT = 8.0
 
@@ -212,3 +212,33 @@ def test_no_camera_and_no_pixels(room):
     room.camera = None
     with pytest.raises(SceneError, match="camera"):
         sync_camera(bpy.context.evaluated_depsgraph_get(), Warnings())
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
+@pytest.mark.parametrize("fit", ["AUTO", "VERTICAL"])
+def test_view_of_two_matrices_is_the_camera_that_they_come_from(room, kind, fit):
+    """The 3D view gives matrices in place of a lens."""
+    camera = room.camera
+    data = camera.data
+    data.type, data.sensor_fit, data.shift_x, data.shift_y = kind, fit, 0.1, -0.2
+    data.clip_start, data.clip_end, camera.scale = 0.3, 50.0, (1.0, 1.0, 1.0)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    expected = sync_camera(depsgraph, Warnings())
+    window = camera.calc_matrix_camera(depsgraph, x=expected.width, y=expected.height)
+    found = view_camera(np.array(camera.matrix_world.inverted()), np.array(window), expected.width, expected.height)
+    assert found.kind == kind
+    assert found.film_size == expected.film_size
+    np.testing.assert_allclose(found.screen, expected.screen, rtol=1e-4, atol=1e-5)
+    # In parallel projection the camera stands where it begins to see.
+    stepped = expected.clip_start if kind == "ORTHO" else 0.0
+    place = expected.to_world[:, 3] - stepped * expected.to_world[:, 2]
+    np.testing.assert_allclose(found.to_world[:3, 3], place, atol=2e-4)
+    np.testing.assert_allclose(found.to_world[:3, :3], expected.to_world[:, :3], atol=1e-5)
+    clip = found.clip_start + stepped, found.clip_end + stepped
+    np.testing.assert_allclose(clip, (expected.clip_start, expected.clip_end), rtol=1e-2)
+
+
+def test_pixels_of_the_view_are_as_large_as_the_artist_wants(room):
+    for chosen, screen, expected in (("AUTO", 1.0, 1), ("AUTO", 2.0, 2), ("1", 2.0, 1), ("4", 1.0, 4)):
+        room.render.preview_pixel_size = chosen
+        assert pixel_size(room.render, screen) == expected

@@ -39,6 +39,6 @@ $blender -b --python-exit-code 1 --python tests/desktop/reenable.py -- $out/scen
 
 step "In the window"
 $window --python-exit-code 1 --python tests/desktop/window.py -- $out
-for name in engines rendering rendered escaped tab_material shader_editor viewport disabled; do images $name.png; done
+for name in engines rendering rendered escaped tab_material shader_editor viewport_path viewport_restir viewport_restir_turned disabled; do images $name.png; done
 grep . $out/window.txt
 grep -q '^finished$' $out/window.txt

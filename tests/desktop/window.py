@@ -1,5 +1,6 @@
 """What an artist does in the window, step by step on a timer, with a screenshot of each."""
 
+import gc
 import shutil
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import addon_utils
 import bpy
+from mathutils import Quaternion
 
 OUT = Path(sys.argv[-1]).resolve()
 NAME = "bl_ext.user_default.restir_engine"
@@ -27,6 +29,14 @@ def screenshot(name: str) -> None:
         subprocess.run(["import", "-window", "root", path], check=True)
     else:
         bpy.ops.screen.screenshot(filepath=path)
+
+
+def live_picture():
+    """What the live session of the 3D view has rendered so far; None where there is no such session."""
+    for item in gc.get_objects():
+        if type(item).__name__ == "LiveSession" and not item._closed:
+            return item.picture
+    return None
 
 
 def areas(kind: str) -> list[bpy.types.Area]:
@@ -99,17 +109,34 @@ def steps():
     viewport.ui_type = "VIEW_3D"
     yield 0.5
 
-    for other in bpy.context.window_manager.windows:
-        for area in other.screen.areas:
-            if area.type == "VIEW_3D":
-                kinds = [item.identifier for item in area.spaces[0].shading.bl_rna.properties["type"].enum_items]
-                try:
-                    area.spaces[0].shading.type = "RENDERED"
-                except TypeError as error:
-                    note(f"Rendered viewport is not offered: {error}")
-                note(f"viewport shading: {area.spaces[0].shading.type} of {kinds}")
-    yield 2.0
-    screenshot("viewport")
+    for integrator in ("PATH", "RESTIR"):
+        scene.restir.integrator = integrator
+        view = areas("VIEW_3D")[0]
+        view.spaces[0].shading.type = "RENDERED"
+        yield 3.0
+        started = time.monotonic()
+        while live_picture() is None and time.monotonic() - started < 240.0:
+            yield 0.5
+        note(f"{integrator} in the 3D view: first picture {time.monotonic() - started:.1f} s after it was asked for")
+        assert live_picture() is not None
+        yield 4.0
+        screenshot(f"viewport_{integrator.lower()}")
+        before = live_picture()
+        for _ in range(12):
+            view.spaces[0].region_3d.view_rotation.rotate(Quaternion((0.0, 0.0, 1.0), 0.05))
+            yield 0.1
+        moved = live_picture()
+        note(f"turned: {before.shape} -> {moved.shape}")
+        assert moved is not before
+        yield 4.0
+        assert live_picture().shape == before.shape
+        screenshot(f"viewport_{integrator.lower()}_turned")
+        bpy.data.objects[0].location.z += 0.2
+        yield 4.0
+        screenshot(f"viewport_{integrator.lower()}_edited")
+        view.spaces[0].shading.type = "SOLID"
+        yield 1.0
+        assert live_picture() is None, "the worker goes on when nobody looks"
     for area in areas("VIEW_3D"):
         area.spaces[0].shading.type = "SOLID"
     addon_utils.disable(NAME, default_set=True)

@@ -16,8 +16,8 @@ LAYERS = (
     {"scene"},
     {"settings", "film", "denoise", "presets"},
     {"integrators"},
-    {"session"},
-    {"properties", "sync", "engine"},
+    {"session", "live_session"},
+    {"properties", "sync", "engine", "viewport"},
     {"operators", "ui"},
 )
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}

@@ -30,8 +30,8 @@ def frame_seed(seed: int, sample: int) -> int:
 class RestirIntegrator(Integrator):
     """The kernels of RESTIR with a scene, settings and a film.
 
-    plan: which reuse there is, where not as the settings say. passes: those of the integrator of the frame before,
-    whose history goes on here.
+    plan: which reuse there is, where not as the settings say. history: the passes of the integrator of the frame
+    before, which go on here.
     """
 
     max_batch = 1
@@ -42,11 +42,11 @@ class RestirIntegrator(Integrator):
         settings: RenderSettings,
         film: Film,
         plan: ReusePlan | None = None,
-        passes: Passes | None = None,
+        history: Passes | None = None,
     ) -> None:
-        super().__init__(scene, settings, film)
+        super().__init__(scene, settings, film, history or Passes(plan or plan_of(settings)))
         scene.lights.prepare_reuse(scene)
-        self.passes = passes or Passes(plan or plan_of(settings))
+        self.passes = self.history
         self.frame = self._new_frame()
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)

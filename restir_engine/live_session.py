@@ -1,0 +1,137 @@
+"""A render that follows what is changed: a worker thread renders the latest scene and camera that it is asked for.
+
+Who asks never waits for the worker. What moves is answered by small frames, each of which resamples the one before it
+where the integrator does; when it rests, samples accumulate in full size.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .scene.camera import Camera
+from .scene.scene import Scene
+from .session import PREPARING, Session, Status
+from .settings import RenderSettings
+
+log = logging.getLogger(__name__)
+
+SMALL = 4  # a side of a frame in motion is so many times shorter
+_MOST = 65000.0  # float16, which textures hold, ends soon after
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be seen; `moving`: in small first."""
+
+    scene: Scene
+    settings: RenderSettings
+    camera: Camera
+    moving: bool
+
+
+class LiveSession:
+    """Renders the latest of its requests on a thread of its own, until it is closed."""
+
+    def __init__(self) -> None:
+        # float32 (height, width, 4), bottom row first, with associated alpha; never written to again
+        self.picture: np.ndarray | None = None
+        self.line = PREPARING  # for a status bar
+        self.error: BaseException | None = None
+        self._request: Request | None = None
+        self._current: Request | None = None  # what the worker has taken
+        self._changed = threading.Condition()
+        self._closed = False
+        self._history: dict[bool, tuple[tuple, object]] = {}  # by whether in small: of what settings and size, and it
+        self._sessions = 0
+        self._thread = threading.Thread(target=self._work, name="restir-live", daemon=True)
+        self._thread.start()
+
+    @property
+    def busy(self) -> bool:
+        """Whether there will be a better picture without a further request."""
+        with self._changed:
+            return self._current is not None or self._request is not None
+
+    def show(self, scene: Scene, settings: RenderSettings, camera: Camera, moving: bool) -> None:
+        """Render this from now on."""
+        with self._changed:
+            self._request = Request(scene, settings, camera, moving)
+            self._changed.notify()
+
+    def close(self) -> None:
+        """End the worker soon, without waiting for it; harmless when called twice."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until there is nothing left to do; False when that takes longer."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._current is None and self._request is None, seconds)
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                self._current = None
+                self._changed.notify_all()
+                self._changed.wait_for(lambda: self._closed or self._request is not None)
+                if self._closed:
+                    return
+                request, self._request = self._request, None
+                self._current = request
+            try:
+                self._render(request)
+                self.error = None
+            except Exception as error:  # for whoever shows the picture; the next request may be better
+                log.exception("The render failed")
+                self.error = error
+
+    def _outdated(self) -> bool:
+        return self._closed or self._request is not None
+
+    def _render(self, request: Request) -> None:
+        if request.moving:
+            # Never cut short: while something moves there is always a newer request.
+            self._session(request, True, lambda: self._closed)
+            if self._outdated():
+                return
+        self._session(request, False, self._outdated)
+
+    def _session(self, request: Request, small: bool, cancelled) -> None:
+        """Render a request to its end or until `cancelled`; every session has random numbers of its own."""
+        settings = in_motion(request.settings) if small else request.settings
+        camera = smaller(request.camera) if small else request.camera
+        request.scene.look_from(camera)
+        same, history = self._history.get(small, (None, None))
+        key = (settings, camera.film_size)
+        settings = replace(settings, seed=settings.seed + self._sessions)
+        self._sessions += 1
+        session = Session(request.scene, settings, history if same == key else None)
+        if not request.scene.committed:
+            self.line = PREPARING
+        session.prepare()
+        session.render(cancelled, self._report, self._keep)
+        if settings.restir_temporal:
+            self._history[small] = key, session.history
+
+    def _report(self, status: Status) -> None:
+        self.line = status.line()
+
+    def _keep(self, session: Session) -> None:
+        """Copy what the session has by now, unless it was cut short: then some of its tiles may be missing."""
+        if session.film.samples and not session.cancelled:
+            self.picture = np.minimum(session.combined(), _MOST)
+
+
+def in_motion(settings: RenderSettings) -> RenderSettings:
+    """The settings of a frame of a camera that moves: one sample, and what reuse there is."""
+    return replace(settings, samples=1, restir_temporal=True, restir_rounds=max(settings.restir_rounds, 1))
+
+
+def smaller(camera: Camera) -> Camera:
+    """The same view in fewer pixels."""
+    return replace(camera, width=-(-camera.width // SMALL), height=-(-camera.height // SMALL))

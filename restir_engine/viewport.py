@@ -1,0 +1,88 @@
+"""The 3D view: reads what it shows, hands it to a live session, and draws the picture that this has so far."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+
+import bpy
+import numpy as np
+
+from . import properties
+from .live_session import LiveSession
+from .scene.errors import SceneError
+from .sync.camera import sync_view
+from .sync.depsgraph import read_scene
+
+log = logging.getLogger(__name__)
+
+REDRAW_INTERVAL = 0.04  # seconds until the view is drawn again while there is more to come
+
+
+class Viewport:
+    """A 3D view: what is read for it, and how the viewport's picture is drawn.
+
+    The engine comes with every call: kept, it would never be given up while this is not.
+    """
+
+    def __init__(self) -> None:
+        self._session = LiveSession()
+        self._scene = self._settings = self._camera = self._texture = None
+        self._shown = None  # the picture in the texture
+        self._problem = ""
+
+    def close(self) -> None:
+        """End rendering."""
+        self._session.close()
+
+    def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Read the scene and render it."""
+        self._problem = ""
+        self._settings = properties.viewport_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        try:
+            self._camera = sync_view(context, depsgraph)
+            self._scene = read_scene(depsgraph, self._settings, self._camera)
+            self._session.show(self._scene, self._settings, self._camera, self._session.picture is not None)
+        except SceneError as error:
+            self._problem = str(error)
+        except Exception as error:
+            log.exception("Reading the scene failed")
+            self._problem = f"The scene could not be read ({error}); see the console"
+
+    def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Follow the view where it has moved, and draw the picture so far."""
+        if self._scene is not None and not self._problem:
+            camera = sync_view(context, depsgraph)
+            if not camera.same_as(self._camera):
+                self._camera = camera
+                self._session.show(self._scene, self._settings, camera, True)
+        if self._session.busy:
+            bpy.app.timers.register(lambda: redraw(engine), first_interval=REDRAW_INTERVAL)
+        picture = self._session.picture
+        if picture is not None:
+            self._draw(picture, engine, context.region, depsgraph.scene_eval)
+        error = self._session.error
+        problem = self._problem or (f"The render stopped ({error}); see the console" if error else "")
+        engine.update_stats("", problem or self._session.line)
+
+    def _draw(
+        self, picture: np.ndarray, engine: bpy.types.RenderEngine, region: bpy.types.Region, scene: bpy.types.Scene
+    ) -> None:
+        import gpu  # which does not load without a window before Blender 5.2
+        from gpu_extras.presets import draw_texture_2d
+
+        if picture is not self._shown:
+            height, width = picture.shape[:2]
+            buffer = gpu.types.Buffer("FLOAT", picture.size, picture.ravel())
+            self._texture, self._shown = gpu.types.GPUTexture((width, height), format="RGBA16F", data=buffer), picture
+        gpu.state.blend_set("ALPHA_PREMULT")
+        engine.bind_display_space_shader(scene)
+        draw_texture_2d(self._texture, (0, 0), region.width, region.height)
+        engine.unbind_display_space_shader()
+        gpu.state.blend_set("NONE")
+
+
+def redraw(engine: bpy.types.RenderEngine) -> None:
+    """Draw an engine's 3D view again, if there still is one."""
+    with contextlib.suppress(ReferenceError):
+        engine.tag_redraw()
