@@ -166,6 +166,7 @@ class RESTIR_RENDER_PT_performance(RestirPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
         column.prop(context.scene.restir, "threads")
+        column.prop(context.scene.render, "preview_pixel_size", text="Pixel Size")
         column.operator("restir.clear_kernel_cache", icon="TRASH")
         column.operator("restir.copy_diagnostics", icon="COPYDOWN")
 
