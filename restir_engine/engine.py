@@ -37,11 +37,6 @@ class RestirEngine(bpy.types.RenderEngine):
         self.settings = None
         self.view = None
 
-    def __del__(self) -> None:
-        if getattr(self, "view", None) is not None:
-            self.view.close()
-        getattr(super(), "__del__", lambda: None)()
-
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows into a scene of our own."""
         self.scene = None

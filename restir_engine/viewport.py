@@ -30,9 +30,10 @@ class Viewport:
         self._scene = self._settings = self._camera = self._texture = None
         self._shown = None  # the picture in the texture
         self._problem = ""
+        self._will_draw = False
 
-    def close(self) -> None:
-        """End rendering."""
+    def __del__(self) -> None:
+        # Blender gives up an engine without a word; in a __del__ of its own its attributes cannot be read any more.
         self._session.close()
 
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
@@ -56,14 +57,20 @@ class Viewport:
             if not camera.same_as(self._camera):
                 self._camera = camera
                 self._session.show(self._scene, self._settings, camera, True)
-        if self._session.busy:
-            bpy.app.timers.register(lambda: redraw(engine), first_interval=REDRAW_INTERVAL)
+        if self._session.busy and not self._will_draw:
+            self._will_draw = True
+            bpy.app.timers.register(lambda: self._draw_again(engine), first_interval=REDRAW_INTERVAL)
         picture = self._session.picture
         if picture is not None:
             self._draw(picture, engine, context.region, depsgraph.scene_eval)
         error = self._session.error
         problem = self._problem or (f"The render stopped ({error}); see the console" if error else "")
         engine.update_stats("", problem or self._session.line)
+
+    def _draw_again(self, engine: bpy.types.RenderEngine) -> None:
+        self._will_draw = False
+        with contextlib.suppress(ReferenceError):  # the view may be gone
+            engine.tag_redraw()
 
     def _draw(
         self, picture: np.ndarray, engine: bpy.types.RenderEngine, region: bpy.types.Region, scene: bpy.types.Scene
@@ -80,9 +87,3 @@ class Viewport:
         draw_texture_2d(self._texture, (0, 0), region.width, region.height)
         engine.unbind_display_space_shader()
         gpu.state.blend_set("NONE")
-
-
-def redraw(engine: bpy.types.RenderEngine) -> None:
-    """Draw an engine's 3D view again, if there still is one."""
-    with contextlib.suppress(ReferenceError):
-        engine.tag_redraw()

@@ -104,7 +104,7 @@ def steps():
         bpy.ops.wm.call_menu("INVOKE_DEFAULT", name="NODE_MT_category_shader_shader")
     yield 1.0
     screenshot("shader_editor")
-    subprocess.run(["xdotool", "key", "Escape"], check=True)
+    subprocess.run(["xdotool", "mousemove", "640", "20", "key", "Escape"], check=True)
     yield 0.5
     viewport.ui_type = "VIEW_3D"
     yield 0.5
@@ -135,7 +135,7 @@ def steps():
         yield 4.0
         screenshot(f"viewport_{integrator.lower()}_edited")
         view.spaces[0].shading.type = "SOLID"
-        yield 1.0
+        yield 3.0
         assert live_picture() is None, "the worker goes on when nobody looks"
     for area in areas("VIEW_3D"):
         area.spaces[0].shading.type = "SOLID"
