@@ -53,7 +53,7 @@ CAP = 512  # samples that a mean counts for at most
 AGE = 256  # batches after which a cell that nobody observes is not used, begins anew, or gives way to another
 PLACES = 8  # where a key may be
 
-_PART = 0.125  # of the way that light has come
+_PART = 0.25  # of the way that light has come
 _STREAM = 0x51ED270B  # of random numbers
 
 
@@ -204,7 +204,9 @@ def light_from_cache(scene, integrator, film, scratch, n):
         if is_black(weight):
             continue
         p, ny = load3_f64(place, H_POINT), load3_f64(place, H_NORMAL)
-        if events < 2:
+        if events < 2:  # the normal is where light goes: good enough to tell what faces away
+            if dot(nx, ny) >= 0.0:
+                continue
             leave_by(scene, scratch, sp, k)
             p, ny = vec(sp.p), vec(sp.ng)
         size = min(finest, _PART * length(sub(p, x)))
