@@ -127,18 +127,9 @@ def main() -> None:
             print(f"| {length:g} | {samples} | " + " | ".join(cells) + " |", flush=True)
             if asked.out:
                 strip = np.concatenate([srgb(image) for image in (*images.values(), truth)], 1)
-                save(asked.out / f"head-{length:g}-{samples}.png", strip)
+                render.save(asked.out / f"head-{length:g}-{samples}.png", strip)
     sys.stdout.flush()
     os._exit(0)
-
-
-def save(path: Path, values: np.ndarray) -> None:
-    """Write sRGB values, rows bottom to top, to a PNG."""
-    height, width, _ = values.shape
-    image = bpy.data.images.new(path.stem, width, height)
-    image.pixels.foreach_set(np.dstack([values, np.ones((height, width))]).astype(np.float32).ravel())
-    image.file_format, image.filepath_raw = "PNG", str(path)
-    image.save()
 
 
 if __name__ == "__main__":

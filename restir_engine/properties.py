@@ -61,7 +61,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
     restir_candidates: IntProperty(
         name="Light Candidates",
         description="Points of lights of which each light sample is one. More find the "
-        "lights that matter sooner and cost a little time: 32 about a tenth of a shadow ray",
+        "lights that matter sooner and cost a little time",
         default=DEFAULTS.restir_candidates,
         min=1,
         soft_max=256,

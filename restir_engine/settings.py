@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-UNLIMITED = 1 << 30
-
 
 @dataclass(frozen=True)
 class RenderSettings:

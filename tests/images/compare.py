@@ -10,7 +10,6 @@ import os
 import sys
 from pathlib import Path
 
-import bpy
 import numpy as np
 
 from . import render, scenes
@@ -26,16 +25,6 @@ def picture(result: render.Comparison) -> np.ndarray:
     difference = np.clip(0.5 + 4.0 * (srgb(ours) - srgb(reference)), 0.0, 1.0)
     joined = np.concatenate([srgb(reference), srgb(ours), difference], 1)
     return joined.repeat(ENLARGE, 0).repeat(ENLARGE, 1)
-
-
-def save(path: Path, values: np.ndarray) -> None:
-    """Write sRGB values to a PNG."""
-    height, width, _ = values.shape
-    image = bpy.data.images.new(path.stem, width, height)
-    image.pixels.foreach_set(np.dstack([values, np.ones((height, width))]).astype(np.float32).ravel())
-    image.file_format, image.filepath_raw = "PNG", str(path)
-    image.save()
-    bpy.data.images.remove(image)
 
 
 def figures(result: render.Comparison) -> list[str]:
@@ -76,7 +65,7 @@ def main(arguments: list[str] | None = None) -> int:
         failed += bool(failures)
         print("| " + " | ".join(figures(result)) + " |", *failures, sep="\n    ", flush=True)
         if options.out:
-            save(options.out / f"{name}.png", picture(result))
+            render.save(options.out / f"{name}.png", picture(result))
     return failed
 
 

@@ -117,6 +117,16 @@ def read(path: str) -> np.ndarray:
     return result
 
 
+def save(path: Path, values: np.ndarray) -> None:
+    """Write sRGB values (height, width, 3), rows bottom to top, to a PNG."""
+    height, width, _ = values.shape
+    image = bpy.data.images.new(path.stem, width, height)
+    image.pixels.foreach_set(np.dstack([values, np.ones((height, width))]).astype(np.float32).ravel())
+    image.file_format, image.filepath_raw = "PNG", str(path)
+    image.save()
+    bpy.data.images.remove(image)
+
+
 @dataclass(frozen=True)
 class Comparison:
     """Two seeds of Cycles (`reference`) and two of ours (`ours`); seconds for both images of each engine."""

@@ -34,7 +34,6 @@ FRAME = np.dtype(
 )
 TILE = 32  # pixels: closures of so many by so many pixels lie in one pool
 
-frame_at = record_at(FRAME)
 hit_at = record_at(HIT)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...kernels.camera import camera_pixel
 from ...kernels.jit import device, inlined
-from ...kernels.memory import address, load_i32, load_u32, record_at
+from ...kernels.memory import address, load_i32, load_u32
 from ...kernels.records import (
     LIGHT_DELTA,
     LIGHT_ELLIPSE,
@@ -37,7 +37,6 @@ MOTION = np.dtype(
         ("lamp_after", np.int64),
     ]
 )
-motion_at = record_at(MOTION)
 
 
 class Motion:

@@ -157,7 +157,8 @@ def place_ball(light, o, x, y, ls):
     factor = falloff(light, o, d)
     if light.flags & LIGHT_DELTA:
         factor /= ls.distance * ls.distance
-    ls.uv[0], ls.uv[1] = ball_uv(light, vec(ls.ng), d)
+    if light.material >= 0:
+        ls.uv[0], ls.uv[1] = ball_uv(light, vec(ls.ng), d)
     return factor
 
 

@@ -61,7 +61,8 @@ def _see_ball(light, sample, _a, _b, _c):
     ls.pdf = ball_pdf(light, o, d, ls.distance)
     put(ls.p, p)
     put(ls.ng, ng)
-    ls.uv[0], ls.uv[1] = ball_uv(light, ng, d)
+    if light.material >= 0:
+        ls.uv[0], ls.uv[1] = ball_uv(light, ng, d)
 
 
 @entry

@@ -81,8 +81,8 @@ def light_sample(scene, sp, scratch, u0, u1, u2):
 
     u2 chooses the light, u0 and u1 the point; with tiles see `tiles`, where 1 / pdf is an estimate and not known for
     other points: MIS goes by ls.mis_pdf. ls.variate counts even where there is no sample. Returns False where there is
-    nothing else to add: no light, a sample
-    without density, or no radiance. Does not trace rays; ls.visibility says which parts of the BSDF count.
+    nothing else to add: no light, a sample without density, or no radiance. Does not trace rays; ls.visibility says
+    which parts of the BSDF count.
     """
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     put(ls.variate, (0.0, 0.0, 0.0))
