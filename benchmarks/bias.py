@@ -1,8 +1,13 @@
-"""How far RESTIR's mean is from PATH's, by kind of reuse: `python -m benchmarks.bias [LIGHT] [--seeds N]`.
+"""How far RESTIR's mean is from PATH's, by kind of reuse: `python -m benchmarks.bias [LIGHT] [--seeds N] [--moving]`.
 
 Direct light alone (no bounces) of the room of tests/unit/pictures.py at 32 × 32 pixels. Prints a table in Markdown:
 the relative difference of the mean luminance and its standard error over independent renders, relMSE of 8 samples, the
 time of all on the CPU.
+
+With --moving the last of four frames at 96 × 96 pixels, by what moves (tests/unit/moving_scenes.py): bias of the mean,
+with the frame's own candidates as control variate; and how the biases of 36 blocks of the picture spread, in their
+standard errors. With --visibility what visibility that is reused or averaged does to V̄ and the picture, in the scene of
+tests/unit/test_visibility_reuse.py.
 """
 
 from __future__ import annotations
@@ -17,7 +22,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "unit"))
 
+import test_visibility_reuse as visibility_reuse
+from moving_scenes import MOVES, animation, bias, histories
 from pictures import LIGHTS, picture_scene, render
+
+from restir_engine.integrators.restir.passes import ReusePlan
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 UNBIASED_MIS = ("BALANCE", "PAIRWISE", "DEFENSIVE", "CONTRIBUTION")
@@ -66,12 +75,81 @@ def relmse(x: np.ndarray, reference: np.ndarray) -> float:
     return float(np.sort(error)[: math.ceil(0.999 * len(error))].mean())
 
 
+MOVING = {  # plans by name, and what moves
+    **{f"{moves}, temporal": (moves, ReusePlan(temporal=True)) for moves in MOVES},
+    **{
+        f"all, {'both' if rounds else 'temporal'}, {mis}, {target}": (
+            "all",
+            ReusePlan(temporal=True, rounds=rounds, options={"mis": mis, "visibility": target}),
+        )
+        for rounds in (0, 1)
+        for mis in ("BALANCE", "DEFENSIVE")
+        for target in ("TARGET", "SHADED")
+    },
+    "all, temporal, NOW": ("all", ReusePlan(temporal=True, options={"history_target": "NOW"})),
+}
+
+
+def blocks(pictures: np.ndarray, count: int = 6) -> np.ndarray:
+    """Means of (n, size, size) over count × count blocks."""
+    n, size = pictures.shape[:2]
+    return pictures.reshape(n, count, size // count, count, size // count).mean((2, 4)).reshape(n, -1)
+
+
+def spread(pictures: np.ndarray, truths: np.ndarray) -> np.ndarray:
+    """z-scores of the blocks that are lit."""
+    a, b = blocks(pictures), blocks(truths)
+    error = np.hypot(a.std(0, ddof=1) / math.sqrt(len(a)), b.std(0, ddof=1) / math.sqrt(len(b)))
+    lit = b.mean(0) > 0.0
+    return ((a.mean(0) - b.mean(0)) / np.maximum(error, 1e-12))[lit]
+
+
+def moving(seeds: int, only: str) -> None:
+    """Print the table of --moving; each row has seeds of its own."""
+    scene = animation("all", 96)[-1]
+    truths = np.stack([render(scene, 256, seed=seed, integrator="PATH", max_bounces=0) for seed in range(8)])
+    truths = truths @ LUMINANCE
+    print("| what moves, settings | bias % | standard error % | z of blocks: RMS | largest |\n|---|---|---|---|---|")
+    for row, (name, (moves, plan)) in enumerate(MOVING.items()):
+        if only not in name:
+            continue
+        first = 10000 * (row + 1)
+        pictures, candidates = histories(animation(moves, 96), plan, range(first, first + seeds))
+        found, error = bias(pictures, candidates, truths)
+        z = spread(pictures, truths)
+        rms, largest = np.sqrt((z**2).mean()), np.abs(z).max()
+        print(f"| {name} | {100 * found:+.3f} | {100 * error:.3f} | {rms:.2f} | {largest:.1f} |", flush=True)
+
+
+def averaged_visibility(seeds: int) -> None:
+    """Print the table of --visibility."""
+    scene = visibility_reuse.card()
+    truth = visibility_reuse.converged(scene)
+    known = None
+    print("| | variance of V̄ | bias % | standard error % | RMS of the pixels' biases % |\n|---|---|---|---|---|")
+    for name, reuse in visibility_reuse.REUSES.items():
+        images, v = visibility_reuse.pictures(scene, *reuse, seeds)
+        known = visibility_reuse.always_known(v) if known is None else known
+        variance = np.nanvar(v[:, known], 0, ddof=1).mean()
+        off, error = visibility_reuse.bias(images, truth)
+        rms = visibility_reuse.structure(images, truth)
+        print(f"| {name} | {variance:.4f} | {100 * off:+.2f} | {100 * error:.2f} | {100 * rms:.1f} |", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("light", nargs="?", default="all", choices=LIGHTS)
     parser.add_argument("--seeds", type=int, default=64)
     parser.add_argument("--only", default="", help="names that contain this")
+    parser.add_argument("--moving", action="store_true", help="histories of scenes in which something moves")
+    parser.add_argument("--visibility", action="store_true", help="visibility that is reused or averaged")
     args = parser.parse_args()
+    if args.visibility:
+        averaged_visibility(args.seeds)
+        return
+    if args.moving:
+        moving(args.seeds, args.only)
+        return
     scene = picture_scene(args.light, 32)
     references = np.stack([render(scene, 2048, seed=seed, integrator="PATH", max_bounces=0) for seed in range(8)])
     reference = references.mean(0)
@@ -91,8 +169,8 @@ def main() -> None:
         means = np.stack(pictures).mean((1, 2)) @ LUMINANCE
         error = math.hypot(means.std(ddof=1) / math.sqrt(len(means)), truth_error) / truth
         noise = np.mean([relmse(picture, reference) for picture in pictures])
-        bias = means.mean() / truth - 1.0
-        print(f"| {name} | {100 * bias:+.2f} | {100 * error:.2f} | {noise:.4f} | {seconds:.1f} |", flush=True)
+        off = means.mean() / truth - 1.0
+        print(f"| {name} | {100 * off:+.2f} | {100 * error:.2f} | {noise:.4f} | {seconds:.1f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -17,8 +17,18 @@ from restir_engine.scene.lamps import area_lamp
 SIZE, SAMPLES, SEEDS = 24, 8, 48
 
 
-@pytest.fixture(scope="module")
-def scene():
+# What is compared, by name: one reservoir a channel or not, and options; each as in the paper, without the vector sum.
+REUSES = {
+    "reused": (False, {"visibility": "REUSED"}),
+    "estimated": (False, {"visibility": "ESTIMATED"}),
+    "by channel": (True, {"visibility": "ESTIMATED"}),
+    "discard": (False, {"visibility": "REUSED", "discard": True}),
+    "discard, estimated": (False, {"visibility": "ESTIMATED", "discard": True}),
+}
+
+
+def card():
+    """The scene."""
     b = Builder()
     b.add(QUAD, diffuse((0.7, 0.7, 0.7)), scaled(matrix(), 3.0, 3.0, 1.0))
     b.add(QUAD, diffuse((0.5, 0.5, 0.5)), scaled(matrix((0.0, 0.2, 0.5)), 0.35, 0.35, 1.0))
@@ -27,29 +37,27 @@ def scene():
     return b.finish(look((0.0, -2.0, 2.2), (0.0, 0.2, 0.1), SIZE))
 
 
-@pytest.fixture(scope="module")
-def truth(scene):
+def converged(scene) -> np.ndarray:
     return render(scene, 2048, integrator="PATH", max_bounces=0)
 
 
-def pictures(scene, by_channel: bool = False, **options) -> tuple[np.ndarray, np.ndarray]:
-    """Last samples' pictures and V of SEEDS renders, (seeds, size, size, 3) each."""
-    plan = ReusePlan(temporal=True, rounds=1, by_channel=by_channel, options=options)
-    both = [frames_of([scene], seed, plan, SAMPLES) for seed in range(SEEDS)]
+def pictures(scene, by_channel: bool, options: dict, seeds: int = SEEDS) -> tuple[np.ndarray, np.ndarray]:
+    """Pictures, the means of SAMPLES, and V of the last sample; (seeds, size, size, 3) each."""
+    plan = ReusePlan(temporal=True, rounds=1, by_channel=by_channel, options={**options, "vector": False})
+    both = [frames_of([scene], seed, plan, SAMPLES) for seed in range(seeds)]
     return np.stack([a for a, _ in both]), np.stack([last.visibility() for _, last in both])
 
 
 @pytest.fixture(scope="module")
-def rendered(scene):
-    """Pictures and V by name of the option."""
-    paper = {"vector": False}
-    return {
-        "reused": pictures(scene, visibility="REUSED", **paper),
-        "estimated": pictures(scene, visibility="ESTIMATED", **paper),
-        "by channel": pictures(scene, True, visibility="ESTIMATED", **paper),
-        "discard": pictures(scene, visibility="REUSED", discard=True, **paper),
-        "discard, estimated": pictures(scene, visibility="ESTIMATED", discard=True, **paper),
-    }
+def truth():
+    return converged(card())
+
+
+@pytest.fixture(scope="module")
+def rendered():
+    """Pictures and V by name of the reuse."""
+    scene = card()
+    return {name: pictures(scene, *reuse) for name, reuse in REUSES.items()}
 
 
 def bias(images: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
@@ -64,8 +72,13 @@ def structure(images: np.ndarray, truth: np.ndarray) -> float:
     return math.copysign(math.sqrt(abs(squared)), squared) / truth.mean()
 
 
+def always_known(v: np.ndarray) -> np.ndarray:
+    """Where no render has a null sample, bool (size, size)."""
+    return np.isfinite(v).all((0, 3))
+
+
 def test_averaged_visibility_has_less_variance_at_the_same_rays(rendered):
-    known = np.isfinite(rendered["reused"][1]).all((0, 3))  # no null sample there
+    known = always_known(rendered["reused"][1])
     plain, estimated = (rendered[name][1][:, known].var(0, ddof=1).mean() for name in ("reused", "estimated"))
     assert known.mean() > 0.5 and estimated < 0.7 * plain
 
