@@ -77,7 +77,7 @@ def test_frames_in_motion_resample_the_one_before(live):
         live.wait(300.0)
     key, history = live._history[True]
     assert key == (in_motion(settings), smaller(view(0)).film_size)
-    assert history._before[2].reservoirs["confidence"].max() > 1.0
+    assert history._before[-1].reservoirs["confidence"].max() > 1.0
 
 
 def test_another_scene_takes_the_place_of_the_first(live):

@@ -87,6 +87,9 @@ from .target import (
 from .visibility import keep
 
 # Key of the candidates' random numbers, and their dimensions.
+# What becomes of the reservoirs: nothing, or the next frame takes them up.
+LAST, LAST_OF_FRAME = 1, 2
+
 _CANDIDATES = 0x43414E44
 _DIM_LIGHT, _DIM_POINT, _DIM_CHOICE, _DIM_GROUP = 0, 1, 2, 3
 
@@ -307,8 +310,8 @@ def _nine(a):
 def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, last, at_hand):
     """Light the vertex by the samples that a group has kept, and stream them.
 
-    at_hand: it is one light sample, the LIGHT_SAMPLE in scratch. last: no reuse follows, so that V is that of whichever
-    ray has found the light, as with PATH; reuse needs V to be one function, that of shadow rays.
+    at_hand: it is one light sample, the LIGHT_SAMPLE in scratch. Where nothing takes the samples up (last: LAST), V is
+    that of whichever ray has found the light, as with PATH; reuse needs V to be one function, that of shadow rays.
     """
     f = DARK
     v = (0.0, 0.0, 0.0)
@@ -322,7 +325,7 @@ def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, la
             source, primitive = stream.source, stream.primitive
             if at_hand or light_point(scene, sp, scratch, source, primitive, float(stream.u), float(stream.v)):
                 f = integrand(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0), _nine(stream.bsdf))
-                if last != 0 and stream.origin == CLEAR:
+                if last == LAST and stream.origin == CLEAR:
                     v = (1.0, 1.0, 1.0)
                 else:
                     v = visibility(scene, integrator, frame, scratch, pixel)
@@ -410,7 +413,7 @@ def _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key
 def candidates_tile(scene, integrator, reuse, layers, frame, scratch, x0, y0, x1, y1, last):
     """Fill the reservoirs of a tile. reuse: address of a REUSE for each of the layers of reservoirs.
 
-    last: whether no reuse follows, so that frame.light is what lights.
+    last: 0 where reuse follows; LAST, LAST_OF_FRAME: none does, so that frame.light is what lights.
     """
     for y in range(y0, y1):
         for x in range(x0, x1):

@@ -12,7 +12,7 @@ from ...kernels.memory import address
 from ...scene.light_tiles import LightTiles, tile_count
 from ...settings import RenderSettings, carries_visibility
 from ..base import Integrator, Stage, Tile
-from .candidates import candidates_tile
+from .candidates import LAST, LAST_OF_FRAME, candidates_tile
 from .frame import Frame
 from .gbuffer import gbuffer_tile
 from .passes import NO_TILE, Passes, ReusePlan, plan_of
@@ -70,7 +70,8 @@ class RestirIntegrator(Integrator):
         seed = frame_seed(self._seed, first_sample)
         self.passes.use_seed(seed)
         reuse = self.passes.stages(self.scene, self.camera, self.record, self.frame)
-        candidates = partial(self._candidates, int(not reuse))
+        last = LAST_OF_FRAME if self.passes.plan.temporal else LAST
+        candidates = partial(self._candidates, 0 if reuse else last)
         tiles = [(tile, tile + 1) for tile in range(self.tiles.count)]
         fill = Stage(partial(self._fill_tiles, seed), tiles)
         steps = [fill, Stage(self._gbuffer), Stage(candidates), *reuse, Stage(self._shade)]

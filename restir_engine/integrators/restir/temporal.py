@@ -7,6 +7,7 @@ and shadows, without which light that has moved is counted wrongly (HISTORY_TARG
 
 from ...kernels import rng
 from ...kernels.jit import device, kernel
+from ...kernels.path_state import FAR
 from ...kernels.vec import vec
 from .mis import BALANCE, CONTRIBUTION
 from .motion import pixel_before, place_before, source_before, source_now
@@ -108,8 +109,9 @@ def find_before(scene, camera, frame, scene_before, camera_before, before, motio
             continue
         pixel = qy * before.width + qx
         op = point_at(before, pixel)
+        # Its distance from that camera is not known: the tangent planes alone tell.
         if op.instance == instance and similar(
-            p, n, 0, op.t, vec(op.p), vec(op.n), 0, op.t, reuse.min_cosine, reuse.max_depth
+            p, n, 0, FAR, vec(op.p), vec(op.n), 0, op.t, reuse.min_cosine, reuse.max_depth
         ):
             return pixel
     return -1
