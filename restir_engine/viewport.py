@@ -28,6 +28,7 @@ class Viewport:
     def __init__(self) -> None:
         self._session = LiveSession()
         self._scene = self._settings = self._camera = self._texture = None
+        self._count = 0  # of the instances that the scene was read from
         self._shown = None  # the picture in the texture
         self._problem = ""
         self._will_draw = False
@@ -37,9 +38,13 @@ class Viewport:
         self._session.close()
 
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Read the scene and render it."""
+        """Read the scene and render it, where what has changed can be seen: a selection cannot."""
+        settings = properties.viewport_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        count = len(depsgraph.object_instances)
+        if self._scene is not None and (settings, count) == (self._settings, self._count) and not changed(depsgraph):
+            return
         self._problem = ""
-        self._settings = properties.viewport_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        self._settings, self._count = settings, count
         try:
             self._camera = sync_view(context, depsgraph)
             self._scene = read_scene(depsgraph, self._settings, self._camera)
@@ -87,3 +92,9 @@ class Viewport:
         draw_texture_2d(self._texture, (0, 0), region.width, region.height)
         engine.unbind_display_space_shader()
         gpu.state.blend_set("NONE")
+
+
+def changed(depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether something other than a selection or a name was updated."""
+    flags = ("is_updated_geometry", "is_updated_shading", "is_updated_transform")
+    return any(getattr(update, flag) for update in depsgraph.updates for flag in flags)

@@ -31,12 +31,15 @@ def screenshot(name: str) -> None:
         bpy.ops.screen.screenshot(filepath=path)
 
 
+def live_session():
+    """The live session of the 3D view; None where there is none."""
+    sessions = (item for item in gc.get_objects() if type(item).__name__ == "LiveSession")
+    return next((item for item in sessions if not item._closed), None)
+
+
 def live_picture():
     """What the live session of the 3D view has rendered so far; None where there is no such session."""
-    for item in gc.get_objects():
-        if type(item).__name__ == "LiveSession" and not item._closed:
-            return item.picture
-    return None
+    return getattr(live_session(), "picture", None)
 
 
 def areas(kind: str) -> list[bpy.types.Area]:
@@ -131,9 +134,23 @@ def steps():
         yield 4.0
         assert live_picture().shape == before.shape
         screenshot(f"viewport_{integrator.lower()}_turned")
-        bpy.data.objects[0].location.z += 0.2
+        live = live_session()
+        sessions = live._sessions
+        for item in scene.objects:
+            item.select_set(not item.select_get())
+        yield 1.0
+        note(f"a selection starts {live._sessions - sessions} sessions")
+        assert live._sessions == sessions
+        bpy.data.objects["Suzanne"].location.z += 0.5
         yield 4.0
+        assert live._sessions > sessions
+        sessions = live._sessions
+        bpy.data.objects["Cube"].hide_set(True)
+        yield 4.0
+        assert live._sessions > sessions, "what is hidden is still seen"
         screenshot(f"viewport_{integrator.lower()}_edited")
+        bpy.data.objects["Cube"].hide_set(False)
+        live = None
         view.spaces[0].shading.type = "SOLID"
         yield 3.0
         assert live_picture() is None, "the worker goes on when nobody looks"
