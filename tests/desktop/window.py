@@ -42,6 +42,11 @@ def live_picture():
     return getattr(live_session(), "picture", None)
 
 
+def move(item: bpy.types.Object) -> None:
+    """Lift an object."""
+    item.location.z += 0.5
+
+
 def areas(kind: str) -> list[bpy.types.Area]:
     """The areas of one kind on the screen."""
     return [area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == kind]
@@ -135,19 +140,18 @@ def steps():
         assert live_picture().shape == before.shape
         screenshot(f"viewport_{integrator.lower()}_turned")
         live = live_session()
-        sessions = live._sessions
+        asked = live._current
         for item in scene.objects:
             item.select_set(not item.select_get())
         yield 1.0
-        note(f"a selection starts {live._sessions - sessions} sessions")
-        assert live._sessions == sessions
-        bpy.data.objects["Suzanne"].location.z += 0.5
-        yield 4.0
-        assert live._sessions > sessions
-        sessions = live._sessions
-        bpy.data.objects["Cube"].hide_set(True)
-        yield 4.0
-        assert live._sessions > sessions, "what is hidden is still seen"
+        assert live._request is None and live._current in (asked, None), "a selection starts the view anew"
+        for change in (lambda: move(bpy.data.objects["Suzanne"]), lambda: bpy.data.objects["Cube"].hide_set(True)):
+            before = live.picture
+            change()
+            yield 4.0
+            assert live._current is not asked, "a change is not rendered"
+            assert live.picture is not before
+            asked = live._current
         screenshot(f"viewport_{integrator.lower()}_edited")
         bpy.data.objects["Cube"].hide_set(False)
         live = None
