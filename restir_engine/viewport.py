@@ -11,6 +11,7 @@ import numpy as np
 from . import properties
 from .live_session import LiveSession
 from .scene.errors import SceneError
+from .settings import RenderSettings
 from .sync.camera import sync_view
 from .sync.depsgraph import read_scene
 
@@ -39,7 +40,7 @@ class Viewport:
 
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read the scene and render it, where what has changed can be seen: a selection cannot."""
-        settings = properties.viewport_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        settings = settings_of(depsgraph)
         count = len(depsgraph.object_instances)
         if self._scene is not None and (settings, count) == (self._settings, self._count) and not changed(depsgraph):
             return
@@ -56,7 +57,9 @@ class Viewport:
             self._problem = f"The scene could not be read ({error}); see the console"
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Follow the view where it has moved, and draw the picture so far."""
+        """Follow the view and the settings where they have changed, and draw the picture so far."""
+        if settings_of(depsgraph) != self._settings:
+            self.update(context, depsgraph)
         if self._scene is not None and not self._problem:
             camera = sync_view(context, depsgraph)
             if not camera.same_as(self._camera):
@@ -98,3 +101,8 @@ def changed(depsgraph: bpy.types.Depsgraph) -> bool:
     """Whether something other than a selection or a name was updated."""
     flags = ("is_updated_geometry", "is_updated_shading", "is_updated_transform")
     return any(getattr(update, flag) for update in depsgraph.updates for flag in flags)
+
+
+def settings_of(depsgraph: bpy.types.Depsgraph) -> RenderSettings:
+    """The settings as the artist sees them: the evaluated scene may have older ones."""
+    return properties.viewport_settings(depsgraph.scene, depsgraph.view_layer)
