@@ -1,7 +1,7 @@
 """A render that follows what is changed: a worker thread renders the latest scene and camera that it is asked for.
 
-Who asks never waits for the worker. What moves is answered by small frames, each of which resamples the one before it
-where the integrator does; when it rests, samples accumulate in full size.
+Who asks never waits for the worker. The first answer is a small frame, which resamples the one before it where the
+integrator does: while things move these are all that is seen. When they rest, samples accumulate in full size.
 """
 
 from __future__ import annotations
@@ -19,18 +19,17 @@ from .settings import RenderSettings
 
 log = logging.getLogger(__name__)
 
-SMALL = 4  # a side of a frame in motion is so many times shorter
+SMALL = 4  # a side of a small frame is so many times shorter
 _MOST = 65000.0  # float16, which textures hold, ends soon after
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be seen; `moving`: in small first."""
+    """What is to be seen."""
 
     scene: Scene
     settings: RenderSettings
     camera: Camera
-    moving: bool
 
 
 class LiveSession:
@@ -56,10 +55,10 @@ class LiveSession:
         with self._changed:
             return self._current is not None or self._request is not None
 
-    def show(self, scene: Scene, settings: RenderSettings, camera: Camera, moving: bool) -> None:
+    def show(self, scene: Scene, settings: RenderSettings, camera: Camera) -> None:
         """Render this from now on."""
         with self._changed:
-            self._request = Request(scene, settings, camera, moving)
+            self._request = Request(scene, settings, camera)
             self._changed.notify()
 
     def close(self) -> None:
@@ -94,12 +93,10 @@ class LiveSession:
         return self._closed or self._request is not None
 
     def _render(self, request: Request) -> None:
-        if request.moving:
-            # Never cut short: while something moves there is always a newer request.
-            self._session(request, True, lambda: self._closed)
-            if self._outdated():
-                return
-        self._session(request, False, self._outdated)
+        # Never cut short: while something moves there is always a newer request.
+        self._session(request, True, lambda: self._closed)
+        if not self._outdated():
+            self._session(request, False, self._outdated)
 
     def _session(self, request: Request, small: bool, cancelled) -> None:
         """Render a request to its end or until `cancelled`; every session has random numbers of its own."""
@@ -128,7 +125,7 @@ class LiveSession:
 
 
 def in_motion(settings: RenderSettings) -> RenderSettings:
-    """The settings of a frame of a camera that moves: one sample, and what reuse there is."""
+    """The settings of a small frame: one sample, and what reuse there is."""
     return replace(settings, samples=1, restir_temporal=True, restir_rounds=max(settings.restir_rounds, 1))
 
 

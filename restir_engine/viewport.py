@@ -49,7 +49,7 @@ class Viewport:
         try:
             self._camera = sync_view(context, depsgraph)
             self._scene = read_scene(depsgraph, self._settings, self._camera)
-            self._session.show(self._scene, self._settings, self._camera, self._session.picture is not None)
+            self._session.show(self._scene, self._settings, self._camera)
         except SceneError as error:
             self._problem = str(error)
         except Exception as error:
@@ -64,7 +64,7 @@ class Viewport:
             camera = sync_view(context, depsgraph)
             if not camera.same_as(self._camera):
                 self._camera = camera
-                self._session.show(self._scene, self._settings, camera, True)
+                self._session.show(self._scene, self._settings, camera)
         if self._session.busy and not self._will_draw:
             self._will_draw = True
             bpy.app.timers.register(lambda: self._draw_again(engine), first_interval=REDRAW_INTERVAL)
