@@ -37,9 +37,12 @@ def live_session():
     return next((item for item in sessions if not item._closed), None)
 
 
-def live_picture():
-    """What the live session of the 3D view has rendered so far; None where there is no such session."""
-    return getattr(live_session(), "picture", None)
+def until(condition, seconds: float):
+    """Wait until something is so; it has to be within this time."""
+    started = time.monotonic()
+    while not condition():
+        assert time.monotonic() - started < seconds, f"not within {seconds} s"
+        yield 0.1
 
 
 def move(item: bpy.types.Object) -> None:
@@ -50,6 +53,52 @@ def move(item: bpy.types.Object) -> None:
 def areas(kind: str) -> list[bpy.types.Area]:
     """The areas of one kind on the screen."""
     return [area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == kind]
+
+
+def rendered_view(scene: bpy.types.Scene, integrator: str):
+    """Rendered shading: the first picture, a turned view, a selection, and what is moved and hidden."""
+    scene.restir.integrator = integrator
+    view, name = areas("VIEW_3D")[0], f"viewport_{integrator.lower()}"
+    view.spaces[0].shading.type = "RENDERED"
+    started = time.monotonic()
+    yield from until(lambda: live_session() and live_session().picture is not None, 900.0)  # kernels may compile
+    note(f"{integrator} in the 3D view: first picture after {time.monotonic() - started:.1f} s")
+    live = live_session()
+    region = next(region for region in view.regions if region.type == "WINDOW")
+
+    def is_full() -> bool:
+        return live.picture.shape[:2] == (region.height, region.width)
+
+    yield from until(is_full, 120.0)
+    screenshot(name)
+    for _ in range(12):
+        view.spaces[0].region_3d.view_rotation.rotate(Quaternion((0.0, 0.0, 1.0), 0.05))
+        yield 0.1
+    yield from until(lambda: not is_full(), 60.0)
+    screenshot(f"{name}_turning")
+    yield from until(is_full, 120.0)
+    screenshot(f"{name}_turned")
+    asked = live._current
+    for item in scene.objects:
+        item.select_set(not item.select_get())
+    yield 1.0
+    assert live._request is None and live._current in (asked, None), "a selection starts the view anew"
+    yield from changed_view(live, lambda: move(bpy.data.objects["Suzanne"]))
+    yield from changed_view(live, lambda: bpy.data.objects["Cube"].hide_set(True))
+    yield from until(is_full, 120.0)
+    screenshot(f"{name}_edited")
+    bpy.data.objects["Cube"].hide_set(False)
+    live = None
+    view.spaces[0].shading.type = "SOLID"
+    yield from until(lambda: live_session() is None, 30.0)
+    note(f"{integrator} in the 3D view: turned, selected, moved, hidden, closed")
+
+
+def changed_view(live, change):
+    """Do something that can be seen, and wait until it is."""
+    asked, before = live._current, live.picture
+    change()
+    yield from until(lambda: live._current is not asked and live.picture is not before, 60.0)
 
 
 def steps():
@@ -117,47 +166,8 @@ def steps():
     viewport.ui_type = "VIEW_3D"
     yield 0.5
 
-    for integrator in ("PATH", "RESTIR"):
-        scene.restir.integrator = integrator
-        view = areas("VIEW_3D")[0]
-        view.spaces[0].shading.type = "RENDERED"
-        yield 3.0
-        started = time.monotonic()
-        while live_picture() is None and time.monotonic() - started < 900.0:  # kernels may have to be compiled
-            yield 0.5
-        note(f"{integrator} in the 3D view: first picture {time.monotonic() - started:.1f} s after it was asked for")
-        assert live_picture() is not None
-        yield 4.0
-        screenshot(f"viewport_{integrator.lower()}")
-        before = live_picture()
-        for _ in range(12):
-            view.spaces[0].region_3d.view_rotation.rotate(Quaternion((0.0, 0.0, 1.0), 0.05))
-            yield 0.1
-        moved = live_picture()
-        note(f"turned: {before.shape} -> {moved.shape}")
-        assert moved is not before
-        yield 4.0
-        assert live_picture().shape == before.shape
-        screenshot(f"viewport_{integrator.lower()}_turned")
-        live = live_session()
-        asked = live._current
-        for item in scene.objects:
-            item.select_set(not item.select_get())
-        yield 1.0
-        assert live._request is None and live._current in (asked, None), "a selection starts the view anew"
-        for change in (lambda: move(bpy.data.objects["Suzanne"]), lambda: bpy.data.objects["Cube"].hide_set(True)):
-            before = live.picture
-            change()
-            yield 4.0
-            assert live._current is not asked, "a change is not rendered"
-            assert live.picture is not before
-            asked = live._current
-        screenshot(f"viewport_{integrator.lower()}_edited")
-        bpy.data.objects["Cube"].hide_set(False)
-        live = None
-        view.spaces[0].shading.type = "SOLID"
-        yield 3.0
-        assert live_picture() is None, "the worker goes on when nobody looks"
+    yield from rendered_view(scene, "PATH")
+    yield from rendered_view(scene, "RESTIR")
     for area in areas("VIEW_3D"):
         area.spaces[0].shading.type = "SOLID"
     addon_utils.disable(NAME, default_set=True)
