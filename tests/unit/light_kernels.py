@@ -3,6 +3,7 @@
 import numpy as np
 
 from restir_engine.kernels import rng
+from restir_engine.kernels.interaction import surface_point
 from restir_engine.kernels.jit import kernel
 from restir_engine.kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
 from restir_engine.kernels.lobes.closure import LOBE_TRANSLUCENT
@@ -16,7 +17,7 @@ from restir_engine.kernels.records import (
     light_sample_at,
     shading_point_at,
 )
-from restir_engine.kernels.vec import load3_f64, put, store3_f64, vec
+from restir_engine.kernels.vec import cross, dot, load3_f64, madd, put, scale, store3_f64, sub, vec
 from restir_engine.kernels.world import world_pdf, world_radiance
 
 
@@ -87,12 +88,16 @@ def triangle_kernel(scene, scratch, x, y, z, samples, n, out):
     o = (x, y, z)
     for i in range(n):
         row = 12 * i
-        sp.instance = int(load_f64(samples, row + 9))
-        sp.primitive = int(load_f64(samples, row + 10))
-        sp.material = 0
+        instance, primitive = int(load_f64(samples, row + 9)), int(load_f64(samples, row + 10))
         d = load3_f64(samples, row + 1)
         t = load_f64(samples, row + 11)
-        put(sp.p, (x + t * d[0], y + t * d[1], z + t * d[2]))
+        surface_point(scene, sp, instance, primitive, 0.0, 0.0, t, d)
+        side = -1.0 if sp.backfacing else 1.0
+        ab, ac, q = scale(vec(sp.dpdu), side), scale(vec(sp.dpdv), side), sub(madd(o, d, t), vec(sp.p))
+        n = cross(ab, ac)
+        square = dot(n, n)
+        u, v = dot(cross(q, ac), n) / square, dot(cross(ab, q), n) / square
+        surface_point(scene, sp, instance, primitive, u, v, t, d)
         store_f64(out, i, triangle_pdf(scene, sp, o))
 
 
