@@ -173,7 +173,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         items=(
             ("BEFORE", "Its Own", "The scene as it was"),
             ("NOW", "The New One (biased)", "The scene as it is now: saves shadow rays through the old one. Within a "
-             "still image both are the same. Measured, with lights and shadows that move: darker by 7 %"),
+             "still image both are the same. Measured, with lights and shadows that move: wrong by 7 %"),
         ),
         default=DEFAULTS.restir_history_target,
     )  # fmt: skip

@@ -122,7 +122,6 @@ class Session:
             self.scene.commit()
         self._integrator = self._new_integrator()
         self.history = self._integrator.history
-        cache.remove_old()
 
     def render(
         self,
@@ -175,6 +174,7 @@ class Session:
         def work() -> None:
             try:
                 self.prepare()
+                cache.remove_old()
             except BaseException as error:  # handed to the calling thread
                 errors.append(error)
 

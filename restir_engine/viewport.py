@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from . import properties
+from .engine import unexpected
 from .live_session import LiveSession
 from .scene.errors import SceneError
 from .settings import RenderSettings
@@ -54,7 +55,7 @@ class Viewport:
             self._problem = str(error)
         except Exception as error:
             log.exception("Reading the scene failed")
-            self._problem = f"The scene could not be read ({error}); see the console"
+            self._problem = unexpected("The scene could not be read", error)
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Follow the view and the settings where they have changed, and draw the picture so far."""
@@ -72,7 +73,7 @@ class Viewport:
         if picture is not None:
             self._draw(picture, engine, context.region, depsgraph.scene_eval)
         error = self._session.error
-        problem = self._problem or (f"The render stopped ({error}); see the console" if error else "")
+        problem = self._problem or (unexpected("The render stopped", error) if error else "")
         engine.update_stats("", problem or self._session.line)
 
     def _draw_again(self, engine: bpy.types.RenderEngine) -> None:

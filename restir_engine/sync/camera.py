@@ -38,8 +38,10 @@ def sync_view(context, depsgraph) -> Camera:
     width, height = (max(-(-size // step), 1) for size in (region.width, region.height))
     result = view_camera(np.array(view.view_matrix), np.array(view.window_matrix), width, height)
     if view.view_perspective == "CAMERA":
-        camera_object = (context.space_data.camera or context.scene.camera).evaluated_get(depsgraph)
-        if camera_object.type == "CAMERA":
+        space = context.space_data
+        camera_object = space.camera if space.use_local_camera else context.scene.camera
+        if camera_object is not None and camera_object.type == "CAMERA":
+            camera_object = camera_object.evaluated_get(depsgraph)
             _read_lens(result, camera_object.data, _focus_location(camera_object.data))
     return result
 

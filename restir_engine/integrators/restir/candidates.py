@@ -86,10 +86,10 @@ from .target import (
 )
 from .visibility import keep
 
-# Key of the candidates' random numbers, and their dimensions.
 # What becomes of the reservoirs: nothing, or the next frame takes them up.
 LAST, LAST_OF_FRAME = 1, 2
 
+# Key of the candidates' random numbers, and their dimensions.
 _CANDIDATES = 0x43414E44
 _DIM_LIGHT, _DIM_POINT, _DIM_CHOICE, _DIM_GROUP = 0, 1, 2, 3
 

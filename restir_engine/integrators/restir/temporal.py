@@ -40,8 +40,7 @@ def temporal_tile(
     """Temporal reuse from frame.reservoirs and before.reservoirs to frame.reused for the pixels of a tile.
 
     scene_before, camera_before, integrator_before, before: of the frame before, whose points, paths and last reservoirs
-    are still there;
-    last: whether no spatial reuse follows, so that frame.light is what lights.
+    are still there; last: whether no spatial reuse follows, so that frame.light is what lights.
     """
     for y in range(y0, y1):
         for x in range(x0, x1):
