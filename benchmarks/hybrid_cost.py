@@ -24,7 +24,7 @@ from numba import cfunc, types
 from restir_engine.embree import library
 from restir_engine.film import Film
 from restir_engine.integrators.path import PathIntegrator
-from restir_engine.kernels.memory import address, load_i64, store_i64
+from restir_engine.kernels.core.memory import address, load_i64, store_i64
 from restir_engine.settings import RenderSettings, required_passes
 
 from .hybrid_sweep import LIGHTS, scene_of

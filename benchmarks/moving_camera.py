@@ -24,7 +24,7 @@ from restir_engine.film import Film
 from restir_engine.integrators.path import PathIntegrator
 from restir_engine.integrators.restir.integrator import RestirIntegrator
 from restir_engine.integrators.restir.passes import Passes, ReusePlan
-from restir_engine.kernels.records import RAY_ALL, RAY_CAMERA
+from restir_engine.kernels.core.records import RAY_ALL, RAY_CAMERA
 from restir_engine.scene.lamps import point_lamp
 from restir_engine.settings import RenderSettings, required_passes
 

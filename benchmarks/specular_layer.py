@@ -16,13 +16,13 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from restir_engine.kernels import rng
-from restir_engine.kernels.jit import device, kernel
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import device, kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.core.vec import dot, madd, neg, normalize, scale
 from restir_engine.kernels.lobes.diffuse import cosine_direction
 from restir_engine.kernels.lobes.fresnel import dielectric
-from restir_engine.kernels.medium.phase import around
-from restir_engine.kernels.memory import address, load_f64, store_f64
-from restir_engine.kernels.vec import dot, madd, neg, normalize, scale
+from restir_engine.kernels.subsurface.phase import around
 
 REAL, PLAIN, COVERED = 0, 1, 2
 MODELS = {"plain": PLAIN, "covered": COVERED}

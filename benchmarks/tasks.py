@@ -123,7 +123,7 @@ def ask_twice() -> None:
     from numba import types
 
     from restir_engine.embree import library
-    from restir_engine.kernels.memory import load_u32, store_u32
+    from restir_engine.kernels.core.memory import load_u32, store_u32
 
     loaded = library.load()
     query = types.void(types.int64, types.int64, types.int64)

@@ -29,7 +29,7 @@ class RESTIR_OT_clear_kernel_cache(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         configure_cache()
-        from ..restir_engine.kernels import cache
+        from ..restir_engine.kernels.core import cache
 
         shutil.rmtree(cache.root(), ignore_errors=True)
         self.report({"INFO"}, "Kernel cache cleared")

@@ -207,7 +207,7 @@ def denoiser_folders() -> list[Path]:
 
 def configure_cache() -> None:
     """Keep compiled kernels where an extension may write; outside of an extension, the default folder is used."""
-    from .kernels import cache
+    from .kernels.core import cache
 
     package = __package__.rpartition(".")[0]
     if package.startswith("bl_ext."):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .kernels import records as rec
-from .kernels.memory import address
+from .kernels.core import records as rec
+from .kernels.core.memory import address
 from .settings import PASS_BY_NAME, PASSES, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it

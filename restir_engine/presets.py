@@ -32,7 +32,7 @@ class Medium:
 
 
 def surface_albedo(albedo: float) -> float:
-    """What kernels.medium.parameters.kulla_conty_albedo inverts, for g = 0: van de Hulst's fit, from α to a colour."""
+    """What subsurface.parameters.kulla_conty_albedo inverts, for g = 0: van de Hulst's fit, from α to a colour."""
     s = math.sqrt(1.0 - albedo)
     return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
 

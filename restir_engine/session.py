@@ -19,7 +19,7 @@ import numpy as np
 
 from .denoise import denoise
 from .film import Film
-from .kernels import cache
+from .kernels.core import cache
 from .scene.scene import Scene
 from .settings import RenderSettings, required_passes
 

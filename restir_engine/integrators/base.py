@@ -9,11 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..film import Film
-from ..kernels.diffusion.probe import MAX_HITS
-from ..kernels.media.entries import media_entries
-from ..kernels.media.stack import OVERFLOWS as MEDIA_OVERFLOWS
-from ..kernels.memory import address
-from ..kernels.records import (
+from ..kernels.core.memory import address
+from ..kernels.core.records import (
     CAMERA,
     INTEGRATOR,
     MAX_MEDIA,
@@ -24,8 +21,11 @@ from ..kernels.records import (
     SCENE_HAS_SUBSURFACE,
     SCRATCH_BYTES,
 )
-from ..kernels.scatter import scatter_entries
-from ..kernels.scatter_table import ANALOG_ESCAPE, CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS, THICKNESS_AWARE
+from ..kernels.subsurface.method_table import ANALOG_ESCAPE, CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS, THICKNESS_AWARE
+from ..kernels.subsurface.methods import scatter_entries
+from ..kernels.subsurface.probe import MAX_HITS
+from ..kernels.volume.entries import media_entries
+from ..kernels.volume.stack import OVERFLOWS as MEDIA_OVERFLOWS
 from ..settings import RenderSettings, carries_visibility, filter_table
 from .irradiance_cache import IrradianceCache
 

@@ -1,11 +1,11 @@
-"""The memory of an irradiance cache; see kernels.diffusion.cache."""
+"""The memory of an irradiance cache; see kernels.subsurface.irradiance_cache."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.diffusion import cache as at
-from ..kernels.memory import address
+from ..kernels.core.memory import address
+from ..kernels.subsurface import irradiance_cache as at
 
 CELLS = 1 << 18
 

@@ -13,18 +13,37 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..film import Film
-from ..kernels import rng
-from ..kernels.accumulate import add1, add3, add_hit
-from ..kernels.camera import camera_reach
-from ..kernels.direct import direct_light, direct_lights, lobe_sum
-from ..kernels.interaction import offset_origin, surface_point
-from ..kernels.intersect import nearest, trace
-from ..kernels.jit import device, inlined, kernel
+from ..kernels.core import rng
+from ..kernels.core.jit import device, inlined, kernel
+from ..kernels.core.memory import address
+from ..kernels.core.records import (
+    INSTANCE_HOLDOUT,
+    MATERIAL_EMITS,
+    MATERIAL_MEDIUM,
+    MATERIAL_TRANSPARENT,
+    RAY_CAMERA,
+    RAY_DIFFUSE,
+    RAY_LAST,
+    SCRATCH_CLOSURES,
+    SCRATCH_PATH,
+    SCRATCH_POINT,
+    SCRATCH_REGISTERS,
+    instance_at,
+    material_at,
+    path_at,
+    shading_point_at,
+)
+from ..kernels.core.vec import average, max3, mul, normalize, put, scale, vec
+from ..kernels.film.contribute import add1, add3, add_hit
+from ..kernels.film.surface_passes import data_passes, feature_passes
+from ..kernels.geometry.camera import camera_reach
+from ..kernels.geometry.intersect import nearest, trace
+from ..kernels.geometry.surface import offset_origin, surface_point
 from ..kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
+from ..kernels.lights.world import world_pdf, world_radiance
 from ..kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_blur, bsdf_sample
-from ..kernels.media.calls import ENDED, PASSES, pass_boundary, pass_media, start_segment, through_media
-from ..kernels.memory import address
-from ..kernels.path_state import (
+from ..kernels.path.direct import direct_light, direct_lights, lobe_sum
+from ..kernels.path.state import (
     COUNTED,
     DIM_DIRECTION,
     DIM_LOBE,
@@ -44,28 +63,9 @@ from ..kernels.path_state import (
     survival_probability,
     visibility,
 )
-from ..kernels.records import (
-    INSTANCE_HOLDOUT,
-    MATERIAL_EMITS,
-    MATERIAL_MEDIUM,
-    MATERIAL_TRANSPARENT,
-    RAY_CAMERA,
-    RAY_DIFFUSE,
-    RAY_LAST,
-    SCRATCH_CLOSURES,
-    SCRATCH_PATH,
-    SCRATCH_POINT,
-    SCRATCH_REGISTERS,
-    instance_at,
-    material_at,
-    path_at,
-    shading_point_at,
-)
-from ..kernels.scatter import scatter
-from ..kernels.shader_vm import shader_eval
-from ..kernels.surface_passes import data_passes, feature_passes
-from ..kernels.vec import average, max3, mul, normalize, put, scale, vec
-from ..kernels.world import world_pdf, world_radiance
+from ..kernels.shading.interpreter import shader_eval
+from ..kernels.subsurface.methods import scatter
+from ..kernels.volume.calls import ENDED, PASSES, pass_boundary, pass_media, start_segment, through_media
 from ..settings import RenderSettings
 from .base import Integrator, Stage, Tile
 

@@ -7,8 +7,8 @@ from functools import cache
 
 import numpy as np
 
-from ..kernels import records as rec
-from ..kernels.memory import address
+from ..kernels.core import records as rec
+from ..kernels.core.memory import address
 
 
 @cache

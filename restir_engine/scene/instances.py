@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..kernels.records import INSTANCE, INSTANCE_MIRRORED
+from ..kernels.core.records import INSTANCE, INSTANCE_MIRRORED
 
 
 def inverse(matrices: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from ..kernels.records import (
+from ..kernels.core.records import (
     LIGHT,
     LIGHT_AREA,
     LIGHT_DELTA,

@@ -6,10 +6,10 @@ import weakref
 
 import numpy as np
 
-from ..kernels import records as rec
+from ..kernels.core import records as rec
+from ..kernels.core.memory import address
 from ..kernels.lights.shine import FIELDS, LANES
 from ..kernels.lights.tiles import fill_tiles, sample_tiles
-from ..kernels.memory import address
 
 SIZE, CANDIDATES = 1024, 64
 _FEWEST, _MOST, _WIDTH = 4, 64, 18

@@ -6,11 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..kernels import records as rec
+from ..kernels.core import records as rec
+from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
 from ..kernels.lights.entries import light_entries
-from ..kernels.lights.places import place_entries
-from ..kernels.memory import address
+from ..kernels.lights.points import place_entries
 from .lamps import LUMINANCE
 
 # Lamps are weighed against each other at every point that is lit; more than this number in clusters.
@@ -107,7 +107,7 @@ class LightTable:
         scene.record["light_table"] = address(self._record)
 
     def prepare_reuse(self, scene) -> None:
-        """Let kernels place points of lights again (kernels.lights.places); after the scene's commit."""
+        """Let kernels place points of lights again (kernels.lights.points); after the scene's commit."""
         emits = ((scene.shaders.materials["flags"] & rec.MATERIAL_EMITS) != 0).any()
         entries = place_entries(np.unique(self.lamps["kind"]), bool(emits), scene.world.material >= 0)
         self._share(self._record[0], "places", entries)

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..kernels.memory import address
-from ..kernels.records import ATTRIBUTE, DOMAIN_POINT, MESH
+from ..kernels.core.memory import address
+from ..kernels.core.records import ATTRIBUTE, DOMAIN_POINT, MESH
 
 
 @dataclass

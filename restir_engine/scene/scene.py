@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..embree.scenes import MeshScene, Placed, WorldScene
-from ..kernels import records as rec
+from ..kernels.core import records as rec
+from ..kernels.core.memory import address
 from ..kernels.lobes import lobe_tables
-from ..kernels.memory import address
-from ..kernels.shader_vm import shader_entries
-from ..kernels.textures import texture_entries
+from ..kernels.shading.interpreter import shader_entries
+from ..kernels.shading.textures import texture_entries
 from . import names
 from .camera import Camera
 from .images import ImageTable

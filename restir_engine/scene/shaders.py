@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..kernels import records as rec
+from ..kernels.core import records as rec
 from ..kernels.lobes.nodes import DIFFUSE
-from ..kernels.opcodes import END
+from ..kernels.shading.opcodes import END
 
 
 @dataclass

@@ -204,7 +204,7 @@ def full_dome(atmosphere: Atmosphere) -> np.ndarray:
 
 
 def dome_parameters(atmosphere: Atmosphere, sun: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """The table that `kernels.textures.sky` reads beside a dome: sun colours, angles, intensity, horizon."""
+    """The table that `kernels.shading.textures.sky` reads beside a dome: sun colours, angles, intensity, horizon."""
     horizon = asin(6371.0 / (6371.0 + max(atmosphere.altitude, 0.0) / 1000.0)) - 0.5 * pi
     diameter = atmosphere.size if atmosphere.disc else -1.0
     angles = [atmosphere.elevation, atmosphere.rotation, diameter, atmosphere.intensity, horizon]
@@ -228,7 +228,7 @@ def _perez(p: list[float], theta: float, gamma: float) -> float:
 
 
 def preetham(sun_direction: tuple[float, float, float], turbidity: float, brightness: float = 1.0) -> np.ndarray:
-    """The table that `kernels.textures.sky` reads for Preetham's sky (appendix A.2 of the paper)."""
+    """The table that `kernels.shading.textures.sky` reads for Preetham's sky (appendix A.2 of the paper)."""
     x, y, z = np.array(sun_direction) / max(np.linalg.norm(sun_direction), 1e-12)
     theta, phi, t = acos(min(max(z, -1.0), 1.0)), atan2(x, y), turbidity
     powers = np.array([theta**3, theta**2, theta, 1.0])

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..kernels import records as rec
-from ..kernels.memory import address
-from ..kernels.world import bake_world, measure_world
+from ..kernels.core import records as rec
+from ..kernels.core.memory import address
+from ..kernels.lights.world import bake_world, measure_world
 
 # Share of the samples that is uniform over the sphere, so that light which the map missed is found.
 _UNIFORM = 0.03

@@ -8,8 +8,8 @@ from functools import cached_property
 import bpy
 import numpy as np
 
-from ..kernels.memory import address
-from ..kernels.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER
+from ..kernels.core.memory import address
+from ..kernels.core.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER
 from ..scene import names
 from ..scene.camera import Camera
 from ..scene.instances import build_instances, usable

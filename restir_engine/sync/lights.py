@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import records as rec
+from ..kernels.core import records as rec
 from ..scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 from .identity import identity
 

@@ -6,9 +6,9 @@ import logging
 
 import bpy
 
-from ..kernels import opcodes as ops
+from ..kernels.core.records import MATERIAL_SUBSURFACE, MATERIAL_VARYING_EMISSION
 from ..kernels.lobes.nodes import DIFFUSE
-from ..kernels.records import MATERIAL_SUBSURFACE, MATERIAL_VARYING_EMISSION
+from ..kernels.shading import opcodes as ops
 from ..scene.shaders import Program
 from .nodes import Compiler
 from .nodes.subsurface import Subsurface, material_subsurface

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import bpy
 import numpy as np
 
-from ..kernels.records import DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_POINT
+from ..kernels.core.records import DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_POINT
 from ..scene import names
 from ..scene.mesh import Attribute, Mesh, clean, empty_vertices
 from .topology import islands, pointiness, tangents

@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from ..kernels.records import (
+from ..kernels.core.records import (
     INSTANCE_HOLDOUT,
     INSTANCE_SHADOW_CATCHER,
     RAY_CAMERA,

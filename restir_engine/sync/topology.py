@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..kernels.memory import address
-from ..kernels.records import MESH
-from ..kernels.tangents import RECORD, mikk_tangents
-from ..kernels.topology import connect
+from ..kernels.core.memory import address
+from ..kernels.core.records import MESH
+from ..kernels.geometry.tangents import RECORD, mikk_tangents
+from ..kernels.geometry.topology import connect
 from ..scene.mesh import Mesh
 from .hashing import hash_uint, to_unit
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..kernels import records as rec
+from ..kernels.core import records as rec
 from ..scene.world import World
 
 # Widths of the importance map: of a world without images, and the largest.

@@ -7,15 +7,15 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.attributes import attribute, generated
-from restir_engine.kernels.camera import camera_ray
-from restir_engine.kernels.interaction import surface_point
-from restir_engine.kernels.intersect import intersect
-from restir_engine.kernels.jit import device, kernel
-from restir_engine.kernels.memory import address, store_f64
-from restir_engine.kernels.records import instance_at
-from restir_engine.kernels.vec import store3_f64, vec
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import device, kernel
+from restir_engine.kernels.core.memory import address, store_f64
+from restir_engine.kernels.core.records import instance_at
+from restir_engine.kernels.core.vec import store3_f64, vec
+from restir_engine.kernels.geometry.attributes import attribute, generated
+from restir_engine.kernels.geometry.camera import camera_ray
+from restir_engine.kernels.geometry.intersect import intersect
+from restir_engine.kernels.geometry.surface import surface_point
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
 

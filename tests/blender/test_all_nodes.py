@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from node_parity import emission
 
-from restir_engine.kernels import opcodes as ops
+from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.scene.warnings import Warnings
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene

@@ -7,11 +7,10 @@ import bpy
 import numpy as np
 import pytest
 
-from restir_engine.kernels import rng
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.lights import light_sample
-from restir_engine.kernels.memory import address, store_f64
-from restir_engine.kernels.records import (
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, store_f64
+from restir_engine.kernels.core.records import (
     RAY_ALL,
     SCRATCH_BYTES,
     SCRATCH_LIGHT_SAMPLE,
@@ -19,7 +18,8 @@ from restir_engine.kernels.records import (
     light_sample_at,
     shading_point_at,
 )
-from restir_engine.kernels.vec import put
+from restir_engine.kernels.core.vec import put
+from restir_engine.kernels.lights import light_sample
 from restir_engine.scene.scene import Scene
 from restir_engine.sync.lights import sync_light
 from restir_engine.sync.materials import Materials

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from node_parity import add_node, compare
 
-from restir_engine.kernels import opcodes as ops
+from restir_engine.kernels.shading import opcodes as ops
 
 TOLERANCE = 2e-4  # Cycles works in float32 and its sample lies up to 0.005 pixels off the middle
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from node_parity import add_node, compare, emission
 
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.scene.scene import Scene
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene

@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 from node_parity import _add_camera, _add_grid, add_node
 
-from restir_engine.kernels import opcodes as ops
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.camera import camera_ray
-from restir_engine.kernels.interaction import surface_point
-from restir_engine.kernels.intersect import intersect
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address
-from restir_engine.kernels.records import RAY_CAMERA
-from restir_engine.kernels.shader_vm import shader_eval
-from restir_engine.kernels.vec import store3_f64, vec
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address
+from restir_engine.kernels.core.records import RAY_CAMERA
+from restir_engine.kernels.core.vec import store3_f64, vec
+from restir_engine.kernels.geometry.camera import camera_ray
+from restir_engine.kernels.geometry.intersect import intersect
+from restir_engine.kernels.geometry.surface import surface_point
+from restir_engine.kernels.shading import opcodes as ops
+from restir_engine.kernels.shading.interpreter import shader_eval
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
 

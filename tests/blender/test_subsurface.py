@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from node_parity import add_node
 
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.jit import kernel
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address
 from restir_engine.kernels.lobes import closure as c
-from restir_engine.kernels.memory import address
-from restir_engine.kernels.shader_vm import shader_eval
+from restir_engine.kernels.shading.interpreter import shader_eval
 from restir_engine.scene.scene import Scene
 from restir_engine.sync.materials import Materials
 

@@ -8,7 +8,7 @@ import probe
 import pytest
 from mathutils import Matrix
 
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.scene import names
 from restir_engine.scene.errors import SceneError
 

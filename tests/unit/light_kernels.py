@@ -2,13 +2,10 @@
 
 import numpy as np
 
-from restir_engine.kernels import rng
-from restir_engine.kernels.interaction import surface_point
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
-from restir_engine.kernels.lobes.closure import LOBE_TRANSLUCENT
-from restir_engine.kernels.memory import address, load_f64, store_f64
-from restir_engine.kernels.records import (
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.core.records import (
     SCRATCH_BYTES,
     SCRATCH_CLOSURES,
     SCRATCH_LIGHT_SAMPLE,
@@ -17,8 +14,11 @@ from restir_engine.kernels.records import (
     light_sample_at,
     shading_point_at,
 )
-from restir_engine.kernels.vec import cross, dot, load3_f64, madd, put, scale, store3_f64, sub, vec
-from restir_engine.kernels.world import world_pdf, world_radiance
+from restir_engine.kernels.core.vec import cross, dot, load3_f64, madd, put, scale, store3_f64, sub, vec
+from restir_engine.kernels.geometry.surface import surface_point
+from restir_engine.kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
+from restir_engine.kernels.lights.world import world_pdf, world_radiance
+from restir_engine.kernels.lobes.closure import LOBE_TRANSLUCENT
 
 
 @kernel

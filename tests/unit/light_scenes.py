@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from restir_engine.kernels import opcodes as ops
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
 from restir_engine.scene.scene import Scene

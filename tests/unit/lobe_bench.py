@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 
-from restir_engine.kernels import rng
-from restir_engine.kernels.jit import kernel
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, call_entry, load_f64, record_at, store_f64
+from restir_engine.kernels.core.records import CLOSURE, MAX_CLOSURES, SCENE, SHADING_POINT, shading_point_at
 from restir_engine.kernels.lobes import (
     BSDF_NODES,
     bsdf_blur,
@@ -19,8 +21,6 @@ from restir_engine.kernels.lobes import (
     lobe_tables,
 )
 from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, FIRST, makes_lobes
-from restir_engine.kernels.memory import address, call_entry, load_f64, record_at, store_f64
-from restir_engine.kernels.records import CLOSURE, MAX_CLOSURES, SCENE, SHADING_POINT, shading_point_at
 
 _scene_at = record_at(SCENE)
 _TABLES = lobe_tables()

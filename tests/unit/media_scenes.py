@@ -4,11 +4,11 @@ import numpy as np
 from light_scenes import emission_program, matrix
 from pictures import CUBE, Builder, program, render, scaled
 
-from restir_engine.kernels import opcodes as ops
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import nodes
-from restir_engine.kernels.media.phase import PHASE_HG
-from restir_engine.kernels.opcodes import END
+from restir_engine.kernels.shading import opcodes as ops
+from restir_engine.kernels.shading.opcodes import END
+from restir_engine.kernels.volume.phase import PHASE_HG
 from restir_engine.scene.camera import Camera
 from restir_engine.scene.world import World
 

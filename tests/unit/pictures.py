@@ -5,10 +5,10 @@ import math
 import numpy as np
 from light_scenes import emission_program, matrix
 
-from restir_engine.kernels import opcodes as ops
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import nodes
-from restir_engine.kernels.textures.opcodes import CHECKER
+from restir_engine.kernels.shading import opcodes as ops
+from restir_engine.kernels.shading.textures.opcodes import CHECKER
 from restir_engine.scene.camera import Camera
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp

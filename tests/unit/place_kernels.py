@@ -3,12 +3,12 @@
 import numpy as np
 from light_kernels import scratch_memory
 
-from restir_engine.kernels import rng
-from restir_engine.kernels.jit import kernel
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.core.records import SCRATCH_LIGHT_SAMPLE, SCRATCH_POINT, light_sample_at, shading_point_at
+from restir_engine.kernels.core.vec import put, store3_f64, vec
 from restir_engine.kernels.lights import light_point, light_sample, point_of_sample
-from restir_engine.kernels.memory import address, load_f64, store_f64
-from restir_engine.kernels.records import SCRATCH_LIGHT_SAMPLE, SCRATCH_POINT, light_sample_at, shading_point_at
-from restir_engine.kernels.vec import put, store3_f64, vec
 
 
 @kernel

@@ -11,9 +11,9 @@ import numpy as np
 
 from restir_engine.integrators.restir import resample as r
 from restir_engine.integrators.restir.reservoir import accept
-from restir_engine.kernels import rng
-from restir_engine.kernels.jit import device, kernel
-from restir_engine.kernels.memory import address, load_f64, store_f64
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import device, kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
 
 PIXELS = 4
 PLACES = np.array([[0.0, 0.0], [0.35, -0.1], [-0.2, 0.5], [0.6, 0.4]])

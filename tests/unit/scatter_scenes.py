@@ -3,10 +3,10 @@
 import numpy as np
 from light_scenes import emission_program, matrix
 
-from restir_engine.kernels import opcodes as ops
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes.nodes import ENTRIES, GLASS, SUBSURFACE
-from restir_engine.kernels.medium.parameters import METHODS, POSITIVE
+from restir_engine.kernels.shading import opcodes as ops
+from restir_engine.kernels.subsurface.parameters import METHODS, POSITIVE
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
 from restir_engine.scene.scene import Scene

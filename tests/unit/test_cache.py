@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from restir_engine.kernels import cache
+from restir_engine.kernels.core import cache
 
 
 @pytest.fixture
@@ -15,18 +15,18 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_a_change_in_an_imported_module_changes_the_folder():
-    vec, rng = (cache._ROOT / "kernels" / name for name in ("vec.py", "rng.py"))
-    assert cache._ROOT / "kernels" / "memory.py" in cache._dependencies(vec)
+    vec, rng = (cache._ROOT / "kernels" / "core" / name for name in ("vec.py", "rng.py"))
+    assert cache._ROOT / "kernels" / "core" / "memory.py" in cache._dependencies(vec)
     assert vec not in cache._dependencies(rng)
     assert cache._digest(vec) != cache._digest(rng)
 
 
 def test_folders_in_use_stay_and_old_ones_go(folder):
-    used = cache.module_folder("restir_engine.kernels.vec")
+    used = cache.module_folder("restir_engine.kernels.core.vec")
     stale = folder / "stale"
     for path in (used, stale):
         path.mkdir()
         os.utime(path, (time.time() - 90 * 86400,) * 2)
-    assert cache.module_folder("restir_engine.kernels.vec") == used
+    assert cache.module_folder("restir_engine.kernels.core.vec") == used
     cache.remove_old(30.0)
     assert used.is_dir() and not stale.exists()

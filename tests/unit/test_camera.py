@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from restir_engine.kernels.camera import camera_pixel, camera_ray, camera_reach
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, store_f64
-from restir_engine.kernels.records import CAMERA
-from restir_engine.kernels.vec import madd, store3_f64
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, store_f64
+from restir_engine.kernels.core.records import CAMERA
+from restir_engine.kernels.core.vec import madd, store3_f64
+from restir_engine.kernels.geometry.camera import camera_pixel, camera_ray, camera_reach
 from restir_engine.scene.camera import Camera
 
 

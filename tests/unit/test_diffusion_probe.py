@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from light_scenes import matrix
 
-from restir_engine.kernels import records as rec
-from restir_engine.kernels import rng
-from restir_engine.kernels.diffusion import probe as pr
-from restir_engine.kernels.diffusion.profile import F_REACH, REACH, profile
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, load_f64, store_f64
-from restir_engine.kernels.vec import dot, load3_f64
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.core.vec import dot, load3_f64
+from restir_engine.kernels.subsurface import probe as pr
+from restir_engine.kernels.subsurface.profile import F_REACH, REACH, profile
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
 from restir_engine.scene.scene import Scene

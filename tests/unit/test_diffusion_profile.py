@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from restir_engine.kernels.diffusion import profile as p
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, load_f64, store_f64
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.subsurface import profile as p
 
 DENSITY, CDF, RADIUS, SHAPE, SINGLE, MULTIPLE, FACTOR = range(7)
 

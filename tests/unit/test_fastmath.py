@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from restir_engine.kernels import fastmath
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, load_f64, store_f64
+from restir_engine.kernels.core import fastmath
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
 
 
 @kernel

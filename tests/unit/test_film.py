@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from restir_engine.film import FAR, Film
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.settings import PASSES, filter_table, required_passes
 
 

@@ -8,7 +8,7 @@ from scipy.special import expn
 from test_diffusion_probe import icosphere, sheets
 from test_slabs import COSINES, DIFFUSE
 
-from restir_engine.kernels.diffusion.slabs import albedo_of, ball, single
+from restir_engine.kernels.subsurface.slabs import albedo_of, ball, single
 from restir_engine.scene.lamps import area_lamp
 
 BALL = Mesh(*icosphere(1.0))

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from restir_engine.embree.scenes import MeshScene, Placed, WorldScene
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.attributes import attribute, generated
-from restir_engine.kernels.interaction import offset_origin, shadow_origin, surface_point
-from restir_engine.kernels.intersect import occluded
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, load_f64, store_f64, store_u8
-from restir_engine.kernels.vec import load3_f64, store3_f64
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64, store_u8
+from restir_engine.kernels.core.vec import load3_f64, store3_f64
+from restir_engine.kernels.geometry.attributes import attribute, generated
+from restir_engine.kernels.geometry.intersect import occluded
+from restir_engine.kernels.geometry.surface import offset_origin, shadow_origin, surface_point
 from restir_engine.scene.instances import build_instances, inverse, usable
 from restir_engine.scene.mesh import Attribute, Mesh, clean, moved
 

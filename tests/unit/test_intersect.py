@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from restir_engine.embree.scenes import MeshScene, Placed, WorldScene
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.intersect import intersect, occluded
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, load_f64, store_f64
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.geometry.intersect import intersect, occluded
 
 SHIFT = 5.0
 

@@ -9,7 +9,7 @@ from light_scenes import emission_program, lamp_scene, matrix, mesh_scene
 from place_kernels import keep, place
 from test_lights import LAMPS, POINTS, WHITE
 
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 from restir_engine.scene.scene import Scene
 from restir_engine.scene.world import World

@@ -10,7 +10,7 @@ from test_light_places import DELTAS, SCENES, quad
 from test_lights import LAMPS, WHITE
 from tile_kernels import from_tiles, resample
 
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lights import shine
 from restir_engine.scene.lamps import point_lamp, sun_lamp
 from restir_engine.scene.light_tiles import LightTiles

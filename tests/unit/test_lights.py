@@ -8,7 +8,7 @@ from light_kernels import draw, seen
 from light_scenes import emission_program, lamp_scene, matrix
 from scipy.stats import chi2
 
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes.closure import LOBE_LAMBERT
 from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 

@@ -7,7 +7,7 @@ import pytest
 from media_scenes import along_y, cube, medium, picture, stage
 from pictures import QUAD, WHITE, diffuse, look, matrix, render, scaled
 
-from restir_engine.kernels.records import MAX_MEDIA
+from restir_engine.kernels.core.records import MAX_MEDIA
 from restir_engine.scene.lamps import point_lamp, sun_lamp
 
 SIGMA = np.array([0.2, 1.0, 3.0])

@@ -12,11 +12,11 @@ from restir_engine.integrators.restir.motion import (
     source_before,
     source_now,
 )
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.interaction import surface_point
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, store_f64, store_i64
-from restir_engine.kernels.vec import store3_f64, vec
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, store_f64, store_i64
+from restir_engine.kernels.core.vec import store3_f64, vec
+from restir_engine.kernels.geometry.surface import surface_point
 from restir_engine.scene.camera import Camera
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.lamps import point_lamp, sun_lamp

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.medium.parameters import kulla_conty_albedo
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.subsurface.parameters import kulla_conty_albedo
 from restir_engine.presets import JENSEN, MEDIA
 
 

@@ -14,12 +14,12 @@ import pytest
 from scipy.stats import kstest
 from test_diffusion_probe import icosphere, scene_of, sheets
 
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.diffusion import probe as pr
-from restir_engine.kernels.diffusion.profile import F_REACH, REACH
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, load_f64, store_f64
-from restir_engine.kernels.vec import load3_f64
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.core.vec import load3_f64
+from restir_engine.kernels.subsurface import probe as pr
+from restir_engine.kernels.subsurface.profile import F_REACH, REACH
 
 SCALES, WEIGHTS = np.array([0.1, 0.2, 0.4]), np.array([0.5, 0.3, 0.2])
 # Lines through the point below x, towards its plane or of any direction, and lines along the normal and the tangents.

@@ -12,8 +12,8 @@ import reuse_toy as toy
 from restir_engine.integrators.restir.mis import BALANCE, CONFIDENCE, CONTRIBUTION, DEFENSIVE, MIS_KINDS, PAIRWISE
 from restir_engine.integrators.restir.neighbours import disk_neighbour, similar
 from restir_engine.integrators.restir.reservoir import RESERVOIR, SAMPLE_BYTES
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, store_i64
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, store_i64
 
 UNBIASED = [BALANCE, PAIRWISE, DEFENSIVE, CONTRIBUTION]
 PROPER = [BALANCE, PAIRWISE, DEFENSIVE]  # those whose weights make the vector-valued sum unbiased

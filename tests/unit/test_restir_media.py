@@ -8,7 +8,7 @@ from moving_scenes import frames_of, off
 from pictures import QUAD, UNSEEN, Builder, diffuse, look, program, render, scaled
 
 from restir_engine.integrators.restir.passes import ReusePlan
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import nodes
 from restir_engine.scene.lamps import area_lamp
 

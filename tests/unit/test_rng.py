@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from restir_engine.kernels import rng
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, store_f64
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, store_f64
 
 
 @kernel

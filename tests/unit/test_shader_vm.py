@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from restir_engine.kernels import opcodes as ops
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address
-from restir_engine.kernels.shader_vm import opcodes_in, shader_entries, shader_eval
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address
+from restir_engine.kernels.shading import opcodes as ops
+from restir_engine.kernels.shading.interpreter import opcodes_in, shader_entries, shader_eval
 from restir_engine.scene.shaders import Program, ShaderTable
 
 OUT = 100  # register where these tests let instructions write

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from lobe_bench import Surface, direction
 
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import LABEL_SUBSURFACE
 from restir_engine.kernels.lobes import closure as c
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.medium import parameters as par
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.subsurface import parameters as par
 
 
 @kernel

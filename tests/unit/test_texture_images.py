@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from textures import run
 
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.textures import environment, image
-from restir_engine.kernels.textures import opcodes as ops
-from restir_engine.kernels.textures.image import _box_weights
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.shading.textures import environment, image
+from restir_engine.kernels.shading.textures import opcodes as ops
+from restir_engine.kernels.shading.textures.image import _box_weights
 from restir_engine.scene import sky, sky_multiple
 from restir_engine.scene.images import ImageTable, srgb_decode
 

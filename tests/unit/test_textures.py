@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from textures import run
 
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.textures import dispatch, noise, voronoi
-from restir_engine.kernels.textures import opcodes as ops
-from restir_engine.kernels.textures.hashing import cell_point, hash1, hash2, hash3, hash4
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.shading.textures import dispatch, noise, voronoi
+from restir_engine.kernels.shading.textures import opcodes as ops
+from restir_engine.kernels.shading.textures.hashing import cell_point, hash1, hash2, hash3, hash4
 
 RNG = np.random.default_rng(7)
 POINTS = RNG.uniform(-20.0, 20.0, (200, 3))

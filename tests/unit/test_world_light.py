@@ -10,7 +10,7 @@ from light_scenes import emission_program, lamp_scene, matrix, mesh_scene
 from scipy.stats import chi2
 from test_lights import UP, WHITE, close, irradiance, polygon_irradiance
 
-from restir_engine.kernels import records as rec
+from restir_engine.kernels.core import records as rec
 from restir_engine.scene.lamps import area_lamp, point_lamp
 from restir_engine.scene.scene import Scene
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.memory import address, load_f64, store_f64
-from restir_engine.kernels.textures import texture_entries, texture_op
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.shading.textures import texture_entries, texture_op
 from restir_engine.scene.images import ImageTable
 
 OUT, VECTOR, INPUTS = 100, 0, 8  # registers

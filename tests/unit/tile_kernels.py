@@ -3,12 +3,10 @@
 import numpy as np
 from light_kernels import scratch_memory
 
-from restir_engine.kernels import rng
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.lights import light_sample
-from restir_engine.kernels.lobes.closure import LOBE_LAMBERT, LOBE_TRANSLUCENT
-from restir_engine.kernels.memory import address, store_f64
-from restir_engine.kernels.records import (
+from restir_engine.kernels.core import rng
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, store_f64
+from restir_engine.kernels.core.records import (
     SCRATCH_CLOSURES,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_POINT,
@@ -16,7 +14,9 @@ from restir_engine.kernels.records import (
     light_sample_at,
     shading_point_at,
 )
-from restir_engine.kernels.vec import put, store3_f64, vec
+from restir_engine.kernels.core.vec import put, store3_f64, vec
+from restir_engine.kernels.lights import light_sample
+from restir_engine.kernels.lobes.closure import LOBE_LAMBERT, LOBE_TRANSLUCENT
 from restir_engine.scene.light_tiles import LightTiles
 
 

@@ -5,21 +5,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from restir_engine.integrators.base import integrator_record
-from restir_engine.kernels import records as rec
-from restir_engine.kernels.interaction import surface_point
-from restir_engine.kernels.jit import kernel
-from restir_engine.kernels.lobes.closure import (
-    ENTRY_DIFFUSE,
-    ENTRY_REFRACTIVE,
-    LOBE_SUBSURFACE,
-    P_ALBEDO,
-    P_ANISOTROPY,
-    P_COLOR,
-    P_ENTRY,
-    P_SIGMA_T,
-)
-from restir_engine.kernels.memory import address, load_f64, store_f64
-from restir_engine.kernels.records import (
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.core.records import (
     CLOSURE,
     FILM,
     SCRATCH_BYTES,
@@ -31,9 +20,20 @@ from restir_engine.kernels.records import (
     path_at,
     shading_point_at,
 )
-from restir_engine.kernels.scatter import scatter, scatter_entries
-from restir_engine.kernels.scatter_table import EXACT_WALKS
-from restir_engine.kernels.vec import load3_f64, neg, put, store3_f64, vec
+from restir_engine.kernels.core.vec import load3_f64, neg, put, store3_f64, vec
+from restir_engine.kernels.geometry.surface import surface_point
+from restir_engine.kernels.lobes.closure import (
+    ENTRY_DIFFUSE,
+    ENTRY_REFRACTIVE,
+    LOBE_SUBSURFACE,
+    P_ALBEDO,
+    P_ANISOTROPY,
+    P_COLOR,
+    P_ENTRY,
+    P_SIGMA_T,
+)
+from restir_engine.kernels.subsurface.method_table import EXACT_WALKS
+from restir_engine.kernels.subsurface.methods import scatter, scatter_entries
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
 from restir_engine.scene.scene import Scene

@@ -20,33 +20,10 @@ import math
 
 import numpy as np
 
-from ...kernels import rng
-from ...kernels.direct import LOBE_RAYS, lit_bsdf, lobe_sum
-from ...kernels.guess import FIRST, guess, learn
-from ...kernels.interaction import offset_origin, surface_point
-from ...kernels.intersect import intersect
-from ...kernels.jit import device, inlined, kernel
-from ...kernels.lights import (
-    light_point,
-    light_radiance,
-    light_sample,
-    lights_intersect,
-    point_of_lamp,
-    point_of_sample,
-    sun_next,
-    triangle_pdf,
-)
-from ...kernels.lobes import (
-    LABEL_SINGULAR,
-    LABEL_SUBSURFACE,
-    LABEL_TRANSPARENT,
-    bsdf_has_eval,
-    bsdf_sample,
-)
-from ...kernels.memory import record_at
-from ...kernels.path_state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags
-from ...kernels.path_state import visibility as ray_visibility
-from ...kernels.records import (
+from ...kernels.core import rng
+from ...kernels.core.jit import device, inlined, kernel
+from ...kernels.core.memory import record_at
+from ...kernels.core.records import (
     LIGHT_HITTABLE,
     LIGHT_SAMPLE_DELTA,
     LIGHT_SAMPLE_NO_SHADOW,
@@ -63,10 +40,33 @@ from ...kernels.records import (
     material_at,
     path_at,
 )
-from ...kernels.shader_vm import shader_eval
-from ...kernels.vec import add, max3, mul, normalize, put, scale, store3_f32, vec
-from ...kernels.warp import octahedral
-from ...kernels.world import world_pdf
+from ...kernels.core.vec import add, max3, mul, normalize, put, scale, store3_f32, vec
+from ...kernels.core.warp import octahedral
+from ...kernels.geometry.intersect import intersect
+from ...kernels.geometry.surface import offset_origin, surface_point
+from ...kernels.lights import (
+    light_point,
+    light_radiance,
+    light_sample,
+    lights_intersect,
+    point_of_lamp,
+    point_of_sample,
+    sun_next,
+    triangle_pdf,
+)
+from ...kernels.lights.mean_visibility import FIRST, guess, learn
+from ...kernels.lights.world import world_pdf
+from ...kernels.lobes import (
+    LABEL_SINGULAR,
+    LABEL_SUBSURFACE,
+    LABEL_TRANSPARENT,
+    bsdf_has_eval,
+    bsdf_sample,
+)
+from ...kernels.path.direct import LOBE_RAYS, lit_bsdf, lobe_sum
+from ...kernels.path.state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags
+from ...kernels.path.state import visibility as ray_visibility
+from ...kernels.shading.interpreter import shader_eval
 from ..path import tile_point
 from .frame import UNTRACED, hit_at
 from .options import TARGET, reuse_at
@@ -94,7 +94,7 @@ _CANDIDATES = 0x43414E44
 _DIM_LIGHT, _DIM_POINT, _DIM_CHOICE, _DIM_GROUP = 0, 1, 2, 3
 
 # What is streamed through the reservoir of each layer, in that part of working memory that scattering uses otherwise.
-_POINT = [  # of a light: kernels.lights.places
+_POINT = [  # of a light: kernels.lights.points
     ("source", np.int64),
     ("primitive", np.int64),
     ("u", np.float64),

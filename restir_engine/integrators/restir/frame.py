@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels.memory import address, record_at
-from ...kernels.records import CAMERA, CLOSURE, PATH, SHADING_POINT
+from ...kernels.core.memory import address, record_at
+from ...kernels.core.records import CAMERA, CLOSURE, PATH, SHADING_POINT
 from .reservoir import RESERVOIR, UNKNOWN
 
-HIT = np.dtype(  # of a ray, as kernels.intersect tells it
+HIT = np.dtype(  # of a ray, as kernels.geometry.intersect tells it
     [("instance", np.int32), ("primitive", np.int32), ("t", np.float32), ("u", np.float32), ("v", np.float32)]
 )
 UNTRACED = -2  # in place of its instance
@@ -28,7 +28,7 @@ FRAME = np.dtype(
         # float32 [9] by class of lobes: f of the sample in the reservoir as p̂ has it; after the last of candidates and
         # reuse the direct light. Each channel is that of its own reservoir, where there is one for each.
         ("light", np.int64),
-        ("guesses", np.int64),  # float32 [4]: kernels.guess
+        ("guesses", np.int64),  # float32 [4]: kernels.lights.mean_visibility
         ("variates", np.int64),  # float32 [3]: LIGHT_SAMPLE.variate of the candidates, times the guess
     ]
 )

@@ -1,13 +1,13 @@
 """The first step of a frame: each pixel's path up to the vertex that is lit by resampling."""
 
-from ...kernels import rng
-from ...kernels.guess import GUESS_BYTES
-from ...kernels.jit import device, inlined, kernel
+from ...kernels.core import rng
+from ...kernels.core.jit import device, inlined, kernel
+from ...kernels.core.memory import load_i64, record_address, store_f32, store_i64
+from ...kernels.core.records import CLOSURE, PATH, SCRATCH_PATH, SHADING_POINT, closure_at, path_at, shading_point_at
+from ...kernels.lights.mean_visibility import GUESS_BYTES
 from ...kernels.lobes import bsdf_has_eval
 from ...kernels.lobes.closure import LOBE_SUBSURFACE
-from ...kernels.memory import load_i64, record_address, store_f32, store_i64
-from ...kernels.path_state import start_path
-from ...kernels.records import CLOSURE, PATH, SCRATCH_PATH, SHADING_POINT, closure_at, path_at, shading_point_at
+from ...kernels.path.state import start_path
 from ..path import ENDS, SHADES, arrive, bounce, tile_point, trace_ray
 
 POINT_WORDS, PATH_WORDS, CLOSURE_BYTES = SHADING_POINT.itemsize // 8, PATH.itemsize // 8, CLOSURE.itemsize

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...film import Film
-from ...kernels.memory import address
+from ...kernels.core.memory import address
 from ...scene.light_tiles import LightTiles, tile_count
 from ...settings import RenderSettings, carries_visibility
 from ..base import Integrator, Stage, Tile

@@ -5,7 +5,7 @@ where y cannot be shifted into that domain. The canonical candidate is the pixel
 resampled for, so that its from_i is `target` = p̂(y). Everything here is 0 where its denominator is.
 """
 
-from ...kernels.jit import inlined
+from ...kernels.core.jit import inlined
 
 # BALANCE: m_i = c_i from_i / Σ_j c_j from_j (eq. 5.11). Needs from_j for every pair of candidates.
 # PAIRWISE: each candidate against the canonical one alone (eq. 7.7). DEFENSIVE: with a share that the canonical one

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...kernels.camera import camera_pixel
-from ...kernels.jit import device, inlined
-from ...kernels.memory import address, load_i32, load_u32
-from ...kernels.records import (
+from ...kernels.core.jit import device, inlined
+from ...kernels.core.memory import address, load_i32, load_u32
+from ...kernels.core.records import (
     LIGHT_DELTA,
     LIGHT_ELLIPSE,
     LIGHT_SPHERE,
@@ -23,7 +22,8 @@ from ...kernels.records import (
     instance_at,
     mesh_at,
 )
-from ...kernels.vec import add, load3_f32, normalize, scale, transform_normal, transform_point, vec
+from ...kernels.core.vec import add, load3_f32, normalize, scale, transform_normal, transform_point, vec
+from ...kernels.geometry.camera import camera_pixel
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
@@ -127,7 +127,7 @@ def _source(instances, lamps, source, primitive):
 
 @inlined
 def source_before(motion, source, primitive):
-    """The source of a light's point (kernels.lights.places) in the frame before; -1: that light was not there.
+    """The source of a light's point (kernels.lights.points) in the frame before; -1: that light was not there.
 
     The other coordinates stay, and the Jacobian is 1: they are measured by shares of the light.
     """

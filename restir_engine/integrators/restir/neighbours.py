@@ -5,10 +5,10 @@ Rejection by surface keeps the result unbiased: it only changes which domains ar
 
 import math
 
-from ...kernels import rng
-from ...kernels.jit import device, inlined
-from ...kernels.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA
-from ...kernels.vec import dot, sub
+from ...kernels.core import rng
+from ...kernels.core.jit import device, inlined
+from ...kernels.core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA
+from ...kernels.core.vec import dot, sub
 
 # Dimension of the random numbers; keys are the pixel's own.
 DIM_NEIGHBOURS = 0

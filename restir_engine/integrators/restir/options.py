@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels.memory import record_at
+from ...kernels.core.memory import record_at
 from .mis import MIS_KINDS
 
 # Where visibility V comes from:

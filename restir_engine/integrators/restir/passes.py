@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...kernels.memory import address
+from ...kernels.core.memory import address
 from ..base import Stage, Tile
 from .frame import Frame
 from .motion import Motion
@@ -85,7 +85,7 @@ class Passes:
         self._motion: tuple[Scene, Scene, Motion] | None = None
 
     def guesses_of(self, width: int, height: int) -> np.ndarray:
-        """What kernels.guess keeps of each pixel, float32 (height, width, 4); begun anew for another size."""
+        """What lights.mean_visibility keeps of each pixel, float32 (height, width, 4); begun anew for another size."""
         if self._guesses is None or self._guesses.shape[:2] != (height, width):
             self._guesses = np.zeros((height, width, 4), np.float32)
         return self._guesses

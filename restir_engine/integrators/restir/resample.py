@@ -9,8 +9,8 @@ the canonical one. What is here reads the table alone. A failed shift is a row o
 candidate and each other; none for CONTRIBUTION, which wants the chosen one's afterwards, and for CONFIDENCE.
 """
 
-from ...kernels.jit import device, inlined
-from ...kernels.memory import load_f64, store_f64
+from ...kernels.core.jit import device, inlined
+from ...kernels.core.memory import load_f64, store_f64
 from .mis import (
     BALANCE,
     CONFIDENCE,

@@ -5,12 +5,12 @@ The first 32 bytes are the sample itself and belong to the technique; the others
 
 import numpy as np
 
-from ...kernels.jit import device, inlined
-from ...kernels.memory import load_i64, record_at, store_i64
+from ...kernels.core.jit import device, inlined
+from ...kernels.core.memory import load_i64, record_at, store_i64
 
 RESERVOIR = np.dtype(
     [
-        # A point of a light as kernels.lights.places has it; what is not needed is 0.
+        # A point of a light as kernels.lights.points has it; what is not needed is 0.
         ("source", np.int32),  # the lamp, or the instance of an emissive triangle
         ("primitive", np.int32),  # of that instance, or POINT_ON_LAMP, POINT_ON_WORLD; NOTHING: no sample
         ("u", np.float32),

@@ -1,9 +1,9 @@
 """What temporal and spatial reuse of direct light share: working memory, candidates, and what comes of them."""
 
-from ...kernels.jit import device, inlined
-from ...kernels.memory import load_i64, store_i64
-from ...kernels.records import SCRATCH_SCATTER
-from ...kernels.vec import load3_f64, scale, store3_f64
+from ...kernels.core.jit import device, inlined
+from ...kernels.core.memory import load_i64, store_i64
+from ...kernels.core.records import SCRATCH_SCATTER
+from ...kernels.core.vec import load3_f64, scale, store3_f64
 from .mis import CONTRIBUTION
 from .options import SHADED, TARGET
 from .resample import (

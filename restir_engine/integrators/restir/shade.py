@@ -1,14 +1,14 @@
 """The last steps of a frame: a reservoir's light is added, the path goes on, and the film takes the frame in."""
 
-from ...kernels.accumulate import add1
-from ...kernels.direct import add_direct, lobe_sum
-from ...kernels.intersect import put_nearest
-from ...kernels.jit import inlined, kernel
-from ...kernels.media.calls import media_around
-from ...kernels.memory import load_f32, record_address
-from ...kernels.path_state import COUNTED
-from ...kernels.records import SCRATCH_CLOSURES, SCRATCH_PATH, path_at, shading_point_at
-from ...kernels.vec import mul, vec
+from ...kernels.core.jit import inlined, kernel
+from ...kernels.core.memory import load_f32, record_address
+from ...kernels.core.records import SCRATCH_CLOSURES, SCRATCH_PATH, path_at, shading_point_at
+from ...kernels.core.vec import mul, vec
+from ...kernels.film.contribute import add1
+from ...kernels.geometry.intersect import put_nearest
+from ...kernels.path.direct import add_direct, lobe_sum
+from ...kernels.path.state import COUNTED
+from ...kernels.volume.calls import media_around
 from ..path import ARRIVES, GOES_ON, bounce, tile_point, trace_path
 from .frame import UNTRACED, hit_at
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS, copy_words

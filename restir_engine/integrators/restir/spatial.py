@@ -1,9 +1,9 @@
 """Spatial reuse: a pixel resamples its own sample with those of a few neighbours on surfaces like its own."""
 
-from ...kernels import rng
-from ...kernels.jit import device, kernel
-from ...kernels.memory import load_i64, store_i64
-from ...kernels.vec import vec
+from ...kernels.core import rng
+from ...kernels.core.jit import device, kernel
+from ...kernels.core.memory import load_i64, store_i64
+from ...kernels.core.vec import vec
 from .mis import CONTRIBUTION
 from .neighbours import disk_neighbour, pixel_radius, similar
 from .resample import MAX_CANDIDATES, choose, contribution_of, needs_from, put_from, weigh

@@ -2,12 +2,9 @@
 
 import math
 
-from ...kernels.direct import lit_bsdf, lobe_sum, variate_class
-from ...kernels.jit import device, inlined
-from ...kernels.lights import light_point
-from ...kernels.media.calls import media_around
-from ...kernels.memory import load_f32, load_f64, record_address, store_f32, store_f64
-from ...kernels.records import (
+from ...kernels.core.jit import device, inlined
+from ...kernels.core.memory import load_f32, load_f64, record_address, store_f32, store_f64
+from ...kernels.core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     SCENE_HAS_MEDIA,
     SCRATCH_LIGHT_SAMPLE,
@@ -16,8 +13,11 @@ from ...kernels.records import (
     path_at,
     shading_point_at,
 )
-from ...kernels.shadow import transmittance
-from ...kernels.vec import is_black, load3_f32, scale, vec
+from ...kernels.core.vec import is_black, load3_f32, scale, vec
+from ...kernels.lights import light_point
+from ...kernels.path.direct import lit_bsdf, lobe_sum, variate_class
+from ...kernels.path.shadow import transmittance
+from ...kernels.volume.calls import media_around
 from .gbuffer import PATH_WORDS, copy_words
 from .reservoir import NOTHING
 
@@ -32,7 +32,7 @@ def point_at(frame, pixel):
 
 @device
 def unshadowed(scene, sp, scratch, source, primitive, u, v):
-    """f without visibility at sp of a light's point (kernels.lights.places): 9 floats by class of lobes.
+    """f without visibility at sp of a light's point (kernels.lights.points): 9 floats by class of lobes.
 
     By the measure of these coordinates. Leaves the LIGHT_SAMPLE in scratch, for `visibility`.
     """

@@ -5,10 +5,10 @@ points and normals, never by samples. For the MIS weights the frame before is as
 and shadows, without which light that has moved is counted wrongly (HISTORY_TARGET).
 """
 
-from ...kernels import rng
-from ...kernels.jit import device, kernel
-from ...kernels.path_state import FAR
-from ...kernels.vec import vec
+from ...kernels.core import rng
+from ...kernels.core.jit import device, kernel
+from ...kernels.core.vec import vec
+from ...kernels.path.state import FAR
 from .mis import BALANCE, CONTRIBUTION
 from .motion import pixel_before, place_before, source_before, source_now
 from .neighbours import similar

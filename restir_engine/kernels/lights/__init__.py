@@ -13,7 +13,7 @@ A lamp neither blocks nor deflects rays: one that hits a lamp goes on behind it.
 """
 
 from .evaluate import light_radiance, lights_intersect, sun_next
-from .places import light_point, point_of_lamp, point_of_sample
+from .points import light_point, point_of_lamp, point_of_sample
 from .sample import light_is_sampled, light_sample
 from .select import set_receiver
 from .triangle import triangle_pdf

@@ -5,10 +5,10 @@ Everything is computed in the lamp's plane: u and v along its axes from the cent
 
 import math
 
-from ..jit import device, inlined
-from ..records import LIGHT_DELTA, LIGHT_ELLIPSE
-from ..vec import dot, madd, put, sub, vec
-from ..warp import disk
+from ..core.jit import device, inlined
+from ..core.records import LIGHT_DELTA, LIGHT_ELLIPSE
+from ..core.vec import dot, madd, put, sub, vec
+from ..core.warp import disk
 
 # A rectangle is sampled by area where it is small beside the square of its distance: there the density by area is as
 # good as that by solid angle, at a quarter of the cost, and the spherical formulas lose their digits.

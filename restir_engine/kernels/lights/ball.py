@@ -2,10 +2,10 @@
 
 import math
 
-from ..jit import device
-from ..records import LIGHT_DELTA, LIGHT_SPHERE, LIGHT_SPOT
-from ..vec import dot, frame, length, madd, neg, normalize, put, scale, sub, transform_vector, vec
-from ..warp import cone_at, cone_disk, disk, one_minus_cos
+from ..core.jit import device
+from ..core.records import LIGHT_DELTA, LIGHT_SPHERE, LIGHT_SPOT
+from ..core.vec import dot, frame, length, madd, neg, normalize, put, scale, sub, transform_vector, vec
+from ..core.warp import cone_at, cone_disk, disk, one_minus_cos
 
 
 @device

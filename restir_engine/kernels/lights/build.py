@@ -1,12 +1,12 @@
 """Kernels that the light table is built with: alias tables, and emission measured on triangles."""
 
-from ..emission import luminance, run_emission, shadow_point
-from ..interaction import surface_point
-from ..jit import kernel
-from ..memory import load_f64, load_i32, store_f32, store_f64, store_i32
-from ..records import SCRATCH_POINT, shading_point_at
-from ..rng import sample2
-from ..vec import cross, neg, normalize, sub
+from ..core.jit import kernel
+from ..core.memory import load_f64, load_i32, store_f32, store_f64, store_i32
+from ..core.records import SCRATCH_POINT, shading_point_at
+from ..core.rng import sample2
+from ..core.vec import cross, neg, normalize, sub
+from ..geometry.surface import surface_point
+from .emission import luminance, run_emission, shadow_point
 from .triangle import triangle_vertices
 
 

@@ -11,21 +11,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..jit import Entry, device, entry
-from ..records import (
-    LIGHT_SPHERE,
-    SCRATCH_LIGHT_SAMPLE,
-    light_at,
-    light_sample_at,
-    scene_at,
-    shading_point_at,
-)
-from ..vec import dot, madd, neg, normalize, put, sub, vec
-from ..world import sample_world
+from ..core.jit import Entry, device, entry
+from ..core.records import LIGHT_SPHERE, SCRATCH_LIGHT_SAMPLE, light_at, light_sample_at, scene_at, shading_point_at
+from ..core.vec import dot, madd, neg, normalize, put, sub, vec
 from .area import area_pdf, area_uv, normal_of, sample_area, spread_factor
 from .ball import ball_pdf, ball_uv, falloff, sample_ball
 from .sun import sample_sun, sun_pdf, sun_uv
 from .triangle import sample_triangle
+from .world import sample_world
 
 # Places in the table of entries. SAMPLE and SEEN are followed by one place for each LIGHT_* kind.
 SAMPLE, SEEN, SAMPLE_TRIANGLE, SAMPLE_WORLD = 0, 4, 8, 9

@@ -1,9 +1,8 @@
 """Lamps that a ray finds: which, and what they add."""
 
-from ..emission import off_surface, run_emission, shadow_point, visible_to
-from ..jit import device, inlined
-from ..memory import call_entry, load_f64, load_i64, record_address
-from ..records import (
+from ..core.jit import device, inlined
+from ..core.memory import call_entry, load_f64, load_i64, record_address
+from ..core.records import (
     LIGHT_AREA,
     LIGHT_HITTABLE,
     RAY_CAMERA,
@@ -13,9 +12,10 @@ from ..records import (
     light_table_at,
     light_tiles_at,
 )
-from ..vec import dot, load3_f64, mul, put, scale, sub, vec
+from ..core.vec import dot, load3_f64, mul, put, scale, sub, vec
 from .area import area_density, intersect_area
 from .ball import intersect_ball
+from .emission import off_surface, run_emission, shadow_point, visible_to
 from .entries import SEEN
 from .select import lamp_probability, lamp_share
 from .sun import in_sun

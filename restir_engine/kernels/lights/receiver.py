@@ -7,7 +7,9 @@ It only guides resampling and must not be 0 where the BSDF is not.
 import math
 from typing import NamedTuple
 
-from ..jit import device, inlined
+from ..core.jit import device, inlined
+from ..core.records import closure_at
+from ..core.vec import add, dot, madd, scale, vec
 from ..lobes.closure import (
     CLASS_GLOSSY,
     LOBE_GLASS,
@@ -19,8 +21,6 @@ from ..lobes.closure import (
     is_singular,
     pass_class,
 )
-from ..records import closure_at
-from ..vec import add, dot, madd, scale, vec
 
 _INV_PI = 1.0 / math.pi
 _SAME = 0.9999  # cosine of normals that are taken for one

@@ -1,9 +1,8 @@
 """Next event estimation: one light, one point on it."""
 
-from ..emission import off_surface, run_emission, shadow_point
-from ..jit import device, inlined
-from ..memory import call_entry, load_i64, record_address
-from ..records import (
+from ..core.jit import device, inlined
+from ..core.memory import call_entry, load_i64, record_address
+from ..core.records import (
     LIGHT_DELTA,
     LIGHT_NO_SHADOW,
     LIGHT_SAMPLE_DELTA,
@@ -14,7 +13,8 @@ from ..records import (
     light_table_at,
     light_tiles_at,
 )
-from ..vec import mul, put, scale, vec
+from ..core.vec import mul, put, scale, vec
+from .emission import off_surface, run_emission, shadow_point
 from .entries import SAMPLE, SAMPLE_TRIANGLE, SAMPLE_WORLD
 from .select import choose_lamp, set_receiver
 

@@ -2,11 +2,11 @@
 
 import math
 
-from ..jit import device, inlined
+from ..core.jit import device, inlined
+from ..core.memory import load_f64, load_i32
+from ..core.records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, closure_at, light_at, light_table_at
+from ..core.vec import dot, load3_f64, put, sub, vec
 from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT
-from ..memory import load_f64, load_i32
-from ..records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, closure_at, light_at, light_table_at
-from ..vec import dot, load3_f64, put, sub, vec
 from .sun import sun_direction
 
 # Weight of a lamp whose cone misses the point: the test is by bounds, so the lamp must keep a chance.

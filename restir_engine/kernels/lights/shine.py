@@ -10,10 +10,10 @@ which need not be exact, as it is only resampled by, but must not be 0 where lig
 
 import math
 
-from ..emission import luminance
-from ..jit import device, inlined
-from ..memory import load_f32, load_f64, store_f32, store_f64
-from ..vec import dot
+from ..core.jit import device, inlined
+from ..core.memory import load_f32, load_f64, store_f32, store_f64
+from ..core.vec import dot
+from .emission import luminance
 
 LANES = 32
 P, NEAR, N, POWER, NEAREST2 = 0, 3, 4, 7, 10

@@ -2,10 +2,10 @@
 
 import math
 
-from ..jit import device
-from ..records import LIGHT_DELTA
-from ..vec import add, dot, length, neg, put, sub
-from ..warp import cone_at, cone_disk, disk
+from ..core.jit import device
+from ..core.records import LIGHT_DELTA
+from ..core.vec import add, dot, length, neg, put, sub
+from ..core.warp import cone_at, cone_disk, disk
 
 
 @device

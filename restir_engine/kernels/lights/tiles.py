@@ -12,12 +12,10 @@ Densities are in the measure of `places` unless solid angle is said.
 
 import math
 
-from .. import rng
-from ..emission import off_surface, run_emission, shadow_point, world_point
-from ..interaction import surface_point, triangle_material
-from ..jit import device, entry, inlined, kernel
-from ..memory import load_f32, load_f64, load_i32
-from ..records import (
+from ..core import rng
+from ..core.jit import device, entry, inlined, kernel
+from ..core.memory import load_f32, load_f64, load_i32
+from ..core.records import (
     LIGHT_AREA,
     LIGHT_DELTA,
     LIGHT_ELLIPSE,
@@ -44,12 +42,13 @@ from ..records import (
     tile_entry_at,
     world_table_at,
 )
-from ..vec import add, cross, length, madd, mul, neg, normalize, put, scale, sub, vec
-from ..warp import alias_pick, cone_at, disk, octahedral
-from ..world import draw_world
+from ..core.vec import add, cross, length, madd, mul, neg, normalize, put, scale, sub, vec
+from ..core.warp import alias_pick, cone_at, disk, octahedral
+from ..geometry.surface import surface_point, triangle_material
 from .area import normal_of
 from .ball import spot_axis
-from .places import light_point
+from .emission import off_surface, run_emission, shadow_point, world_point
+from .points import light_point
 from .receiver import receiver_of
 from .select import lamp_share
 from .shine import (
@@ -70,6 +69,7 @@ from .shine import (
 )
 from .sun import sun_direction
 from .triangle import even_barycentrics, place_even, triangle_vertices
+from .world import draw_world
 
 # What a light whose emission varies is taken to send at least, beside what it shows at the point that was drawn: its
 # emission may depend on the direction, and what may light a point must be chosen sometimes.

@@ -2,11 +2,9 @@
 
 import math
 
-from ..emission import run_emission, shadow_point
-from ..interaction import surface_point, triangle_material
-from ..jit import device, inlined
-from ..memory import load_f32, load_i32, load_u32
-from ..records import (
+from ..core.jit import device, inlined
+from ..core.memory import load_f32, load_i32, load_u32
+from ..core.records import (
     MATERIAL_VARYING_EMISSION,
     emitter_at,
     emitter_group_at,
@@ -16,8 +14,10 @@ from ..records import (
     material_at,
     mesh_at,
 )
-from ..vec import add, cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
-from ..warp import alias_pick
+from ..core.vec import add, cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
+from ..core.warp import alias_pick
+from ..geometry.surface import surface_point, triangle_material
+from .emission import run_emission, shadow_point
 
 # Emission sampling of materials; 1 (auto) and 4 mean both sides.
 _FRONT = 2

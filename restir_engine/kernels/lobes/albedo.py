@@ -7,9 +7,9 @@ which covers indices of refraction from 1 to infinity.
 
 import math
 
-from ..jit import device
-from ..memory import load_f32
-from ..vec import average, dot, put, vec
+from ..core.jit import device
+from ..core.memory import load_f32
+from ..core.vec import average, dot, put, vec
 from .closure import LOBE_GLASS, P_ENERGY, P_F0, P_FRESNEL, P_REFLECTION, has_reflection, has_transmission
 from .fresnel import FRESNEL_DIELECTRIC, FRESNEL_F82, FRESNEL_SCHLICK, f0_from_ior, microfacet_fresnel
 

@@ -2,8 +2,8 @@
 
 import math
 
-from ..jit import device
-from ..vec import add, dot, madd, neg, normalize, scale, to_world, vec
+from ..core.jit import device
+from ..core.vec import add, dot, madd, neg, normalize, scale, to_world, vec
 from .closure import closure_frame
 
 _QUARTER = 0.5 * math.pi

@@ -2,9 +2,9 @@
 
 import math
 
-from ..jit import device
-from ..records import MAX_CLOSURES, closure_at
-from ..vec import add, cross, dot, frame, is_black, madd, neg, normalize, put, scale, vec
+from ..core.jit import device
+from ..core.records import MAX_CLOSURES, closure_at
+from ..core.vec import add, cross, dot, frame, is_black, madd, neg, normalize, put, scale, vec
 
 # Kinds (CLOSURE.kind). Tens are the light pass that a lobe counts to (`pass_class`), full tens below 40 microfacets.
 LOBE_LAMBERT = 1
@@ -12,7 +12,7 @@ LOBE_OREN_NAYAR = 2
 LOBE_SHEEN = 3
 LOBE_TOON_DIFFUSE = 4
 LOBE_TRANSLUCENT = 5
-LOBE_SUBSURFACE = 6  # leaves the surface elsewhere: sampled by bsdf_sample, followed by kernels.scatter
+LOBE_SUBSURFACE = 6  # leaves the surface elsewhere: sampled by bsdf_sample, followed by kernels.subsurface.methods
 LOBE_ROUGH_TRANSLUCENT = 7  # Oren–Nayar about the normal of the far side
 LOBE_REFLECTION = 10
 LOBE_ASHIKHMIN_SHIRLEY = 11

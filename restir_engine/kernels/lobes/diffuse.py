@@ -2,9 +2,9 @@
 
 import math
 
-from ..jit import device, inlined
-from ..records import closure_at
-from ..vec import dot, frame, neg, to_world, vec
+from ..core.jit import device, inlined
+from ..core.records import closure_at
+from ..core.vec import dot, frame, neg, to_world, vec
 from .closure import LOBE_LAMBERT, LOBE_OREN_NAYAR, add_closure
 
 _A = math.pi / 2.0 - 2.0 / 3.0

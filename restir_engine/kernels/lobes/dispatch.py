@@ -4,9 +4,9 @@ A direction is sampled from one closure, chosen by its sampling weight; value an
 (one-sample multiple importance sampling).
 """
 
-from ..jit import device
-from ..records import closure_at
-from ..vec import dot, madd, neg, scale, vec
+from ..core.jit import device
+from ..core.records import closure_at
+from ..core.vec import dot, madd, neg, scale, vec
 from .ashikhmin import ashikhmin_eval, ashikhmin_sample, ashikhmin_singular
 from .closure import (
     CLASS_DIFFUSE,

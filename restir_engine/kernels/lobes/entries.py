@@ -1,9 +1,9 @@
 """The BSDF nodes' instructions as entries: each is compiled when a scene first uses its node."""
 
-from ..jit import Entry, device, entry
-from ..records import RAY_NO_LOBES, scene_at, shading_point_at
-from ..vec import mul
-from ..vm_math import triple
+from ..core.jit import Entry, device, entry
+from ..core.records import RAY_NO_LOBES, scene_at, shading_point_at
+from ..core.vec import mul
+from ..shading.math_ops import triple
 from . import nodes
 from .principled import principled_op
 from .setup import (

@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 
-from ..jit import device, kernel
-from ..memory import address, load_f64, store_f64
-from ..rng import hash_u32
-from ..vec import dot, madd, neg, normalize
+from ..core.jit import device, kernel
+from ..core.memory import address, load_f64, store_f64
+from ..core.rng import hash_u32
+from ..core.vec import dot, madd, neg, normalize
 from .diffuse import cosine_direction
 
 BINS = 32

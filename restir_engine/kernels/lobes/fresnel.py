@@ -2,7 +2,7 @@
 
 import math
 
-from ..jit import device
+from ..core.jit import device
 from .closure import P_EDGE, P_F0, P_FRESNEL, P_REFLECTION, P_TRANSMISSION
 
 # P_FRESNEL of a microfacet closure.

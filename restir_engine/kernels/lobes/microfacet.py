@@ -5,8 +5,8 @@ Walter et al. 2007 for rough refraction; Heitz 2014 for height-correlated maskin
 
 import math
 
-from ..jit import device
-from ..vec import add, dot, madd, neg, normalize, scale, to_world, vec
+from ..core.jit import device
+from ..core.vec import add, dot, madd, neg, normalize, scale, to_world, vec
 from .closure import (
     LABEL_GLOSSY,
     LABEL_REFLECT,

@@ -15,7 +15,7 @@ A linked Normal of zero length counts as `sp.n`.
 
 from typing import NamedTuple
 
-from ..medium.parameters import ANY_SIGN, METHODS, POSITIVE
+from ..subsurface.parameters import ANY_SIGN, METHODS, POSITIVE
 
 VALUE, NORMAL, TANGENT = "VALUE", "NORMAL", "TANGENT"
 

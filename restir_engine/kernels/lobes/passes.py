@@ -2,9 +2,9 @@
 
 import math
 
-from ..jit import device
-from ..records import closure_at
-from ..vec import add, average, is_black, madd, normalize, scale, vec
+from ..core.jit import device
+from ..core.records import closure_at
+from ..core.vec import add, average, is_black, madd, normalize, scale, vec
 from .albedo import microfacet_albedo
 from .closure import (
     CLASS_DIFFUSE,

@@ -6,12 +6,12 @@ diffuse.
 
 import math
 
-from ..jit import device
-from ..medium.parameters import RANDOM_WALK_SKIN
-from ..memory import load_i32
-from ..records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, RAY_SHADOW, closure_at
-from ..vec import add, dot, is_black, lerp, mul, normalize, put, scale, vec
-from ..vm_math import clamp, number, triple
+from ..core.jit import device
+from ..core.memory import load_i32
+from ..core.records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, RAY_SHADOW, closure_at
+from ..core.vec import add, dot, is_black, lerp, mul, normalize, put, scale, vec
+from ..shading.math_ops import clamp, number, triple
+from ..subsurface.parameters import RANDOM_WALK_SKIN
 from .albedo import cover, layer_under, microfacet_albedo, preserve_energy
 from .closure import LOBE_GLASS, LOBE_REFLECTION, P_FRESNEL, WEIGHT_CUTOFF, valid_reflection_normal
 from .diffuse import add_diffuse

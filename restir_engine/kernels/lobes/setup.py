@@ -1,10 +1,10 @@
 """What the BSDF nodes' instructions do: closures from their inputs. Principled has its own module."""
 
-from ..jit import device
-from ..memory import load_i32
-from ..records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, closure_at
-from ..vec import add, average, is_black, mul, normalize, put, vec
-from ..vm_math import clamp, number, triple
+from ..core.jit import device
+from ..core.memory import load_i32
+from ..core.records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, closure_at
+from ..core.vec import add, average, is_black, mul, normalize, put, vec
+from ..shading.math_ops import clamp, number, triple
 from .albedo import microfacet_albedo, preserve_energy
 from .closure import (
     LOBE_ASHIKHMIN_SHIRLEY,

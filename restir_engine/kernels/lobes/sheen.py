@@ -5,9 +5,9 @@ Zeltner, Burley and Chiang 2022, "Practical Multiple-Scattering Sheen Using Line
 
 import math
 
-from ..jit import device
-from ..records import closure_at
-from ..vec import add, cross, dot, frame, normalize, put, to_world, vec
+from ..core.jit import device
+from ..core.records import closure_at
+from ..core.vec import add, cross, dot, frame, normalize, put, to_world, vec
 from .albedo import SHEEN_A, SHEEN_ALBEDO, SHEEN_B, SHEEN_SIZE, lookup2
 from .closure import LOBE_SHEEN, LOBE_VELVET, add_closure, tangent_frame
 from .diffuse import concentric_disk

@@ -1,17 +1,11 @@
 """The lobe that scatters below the surface: closures from the inputs of Principled and of the Subsurface node."""
 
-from ..jit import device
-from ..medium.parameters import (
-    BURLEY,
-    RANDOM_WALK_SKIN,
-    clamp_anisotropy,
-    medium,
-    method_length,
-)
-from ..memory import load_i32
-from ..records import RAY_BURLEY_DIFFUSE, RAY_SUBSURFACE_DIFFUSE, closure_at
-from ..vec import average, mul, scale
-from ..vm_math import clamp, number, triple
+from ..core.jit import device
+from ..core.memory import load_i32
+from ..core.records import RAY_BURLEY_DIFFUSE, RAY_SUBSURFACE_DIFFUSE, closure_at
+from ..core.vec import average, mul, scale
+from ..shading.math_ops import clamp, number, triple
+from ..subsurface.parameters import BURLEY, RANDOM_WALK_SKIN, clamp_anisotropy, medium, method_length
 from .closure import (
     ENTRY_DIFFUSE,
     ENTRY_REFRACTIVE,

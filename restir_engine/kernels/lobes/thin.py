@@ -5,10 +5,10 @@ Glass is a mirror lobe and one mirrored through the sheet; what scatters light i
 
 import math
 
-from ..jit import device
-from ..records import RAY_CAMERA, closure_at
-from ..vec import dot, is_black, madd, mul, neg, put, scale, vec
-from ..vm_math import clamp
+from ..core.jit import device
+from ..core.records import RAY_CAMERA, closure_at
+from ..core.vec import dot, is_black, madd, mul, neg, put, scale, vec
+from ..shading.math_ops import clamp
 from .albedo import preserve_energy
 from .closure import (
     LABEL_GLOSSY,

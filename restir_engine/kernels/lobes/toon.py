@@ -2,9 +2,9 @@
 
 import math
 
-from ..jit import device
-from ..records import closure_at
-from ..vec import dot, frame, reflect, to_world, vec
+from ..core.jit import device
+from ..core.records import closure_at
+from ..core.vec import dot, frame, reflect, to_world, vec
 from .closure import LOBE_TOON_DIFFUSE, LOBE_TOON_GLOSSY, add_closure
 
 _HALF_PI = 0.5 * math.pi

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels import opcodes as ops
-from ...kernels.records import MAX_REGISTERS
+from ...kernels.core.records import MAX_REGISTERS
+from ...kernels.shading import opcodes as ops
 
 # Words from here on are registers that are not constants; their final numbers follow those of the constants.
 TEMPORARY = 1 << 28

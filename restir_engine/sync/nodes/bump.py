@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ...kernels import opcodes as ops
+from ...kernels.shading import opcodes as ops
 from ...scene import names
 from .inputs import point
 from .registry import node

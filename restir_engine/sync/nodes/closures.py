@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...kernels import opcodes as ops
 from ...kernels.lobes import BSDF_NODES
 from ...kernels.lobes import nodes as lobes
+from ...kernels.shading import opcodes as ops
 from .registry import closure
 from .subsurface import choice, medium_inputs, note_subsurface
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels import opcodes as ops
+from ...kernels.shading import opcodes as ops
 from .converters import clamped, mix_color
 from .registry import node
 from .spectra import BLACKBODY_FITS, WAVELENGTHS, wavelength_colors

@@ -7,9 +7,9 @@ import sys
 import bpy
 import numpy as np
 
-from ...kernels import opcodes as ops
-from ...kernels import records as rec
+from ...kernels.core import records as rec
 from ...kernels.lobes.nodes import TRANSPARENT
+from ...kernels.shading import opcodes as ops
 from ...scene.names import split_object_property
 from ...scene.shaders import Program
 from .assembler import TooManyRegisters

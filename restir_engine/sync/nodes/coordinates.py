@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
-from ...kernels.textures import opcodes as ops
+from ...kernels.shading.textures import opcodes as ops
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 

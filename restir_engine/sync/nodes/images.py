@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels.textures import environment, image
-from ...kernels.textures import opcodes as ops
+from ...kernels.shading.textures import environment, image
+from ...kernels.shading.textures import opcodes as ops
 from ..images import associates_alpha, image_index, tile_indices
 from .coordinates import texture_vector
 from .registry import node

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels import opcodes as ops
+from ...kernels.shading import opcodes as ops
 from ...scene import names
 from .registry import node, unlinked
 

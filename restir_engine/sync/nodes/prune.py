@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...kernels import opcodes as ops
 from ...kernels.lobes.nodes import BSDF_NODES, DIFFUSE, PRINCIPLED, TRANSPARENT
+from ...kernels.shading import opcodes as ops
 from .assembler import TEMPORARY, Assembler
 
 _NODE = BSDF_NODES["ShaderNodeBsdfPrincipled"]

@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...kernels.textures import opcodes as ops
-from ...kernels.textures import sky as kinds
+from ...kernels.shading.textures import opcodes as ops
+from ...kernels.shading.textures import sky as kinds
 from ...scene import sky, sky_multiple
 from .coordinates import texture_vector
 from .registry import node

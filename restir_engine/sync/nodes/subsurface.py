@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...kernels import records as rec
+from ...kernels.core import records as rec
 from ...kernels.lobes.nodes import BSDF_NODES
 
 # From 5.2 on Random Walk takes a radius as the mean free path and light may scatter backwards; what Random Walk was

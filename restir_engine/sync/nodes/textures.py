@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import bpy
 
-from ...kernels import opcodes as vm
-from ...kernels.textures import noise, patterns, voronoi, wave
-from ...kernels.textures import opcodes as ops
+from ...kernels.shading import opcodes as vm
+from ...kernels.shading.textures import noise, patterns, voronoi, wave
+from ...kernels.shading.textures import opcodes as ops
 from .coordinates import texture_vector
 from .registry import node
 

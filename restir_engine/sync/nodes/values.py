@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import bpy
 
-from ...kernels import opcodes as ops
+from ...kernels.shading import opcodes as ops
 from .assembler import Assembler
 from .fallback import unsupported_node
 from .registry import NODES, UNLINKED

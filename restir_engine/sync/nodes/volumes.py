@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...kernels import opcodes as ops
-from ...kernels.media import phase as phases
-from ...kernels.medium.parameters import ANY_SIGN, METHODS, POSITIVE
+from ...kernels.shading import opcodes as ops
+from ...kernels.subsurface.parameters import ANY_SIGN, METHODS, POSITIVE
+from ...kernels.volume import phase as phases
 from .closures import add_shader, mix_shader
 from .generic import menu_switch_shader
 from .registry import inside, volume

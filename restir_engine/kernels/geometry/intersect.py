@@ -1,0 +1,84 @@
+"""Rays against the scene: Embree's queries, called by symbol."""
+
+from numba import types
+
+from ...embree import library
+from ..core.jit import inlined
+from ..core.memory import load_f32, load_u32, store_f32, store_u32
+from ..core.records import SCRATCH_RAY, SCRATCH_SHADOW_RAY
+
+library.load()  # registers the symbols that compiled code refers to
+
+_QUERY = types.void(types.int64, types.int64, types.int64)
+rtc_intersect1 = types.ExternalFunction("restir_rtcIntersect1", _QUERY)
+rtc_occluded1 = types.ExternalFunction("restir_rtcOccluded1", _QUERY)
+
+INVALID = 0xFFFFFFFF
+
+
+@inlined
+def put_ray(ray, o, d, tmin, tmax, mask):
+    """Fill an RTCRay; its layout is that of embree4/rtcore_ray.h."""
+    store_f32(ray, 0, o[0])
+    store_f32(ray, 1, o[1])
+    store_f32(ray, 2, o[2])
+    store_f32(ray, 3, tmin)
+    store_f32(ray, 4, d[0])
+    store_f32(ray, 5, d[1])
+    store_f32(ray, 6, d[2])
+    store_f32(ray, 7, 0.0)
+    store_f32(ray, 8, tmax)
+    store_u32(ray, 9, mask)
+    store_u32(ray, 10, 0)
+    store_u32(ray, 11, 0)
+
+
+@inlined
+def trace(scene, scratch, o, d, tmin, tmax, mask):
+    """Find the nearest hit of a ray, for `nearest`. mask: RAY_* bits; instances that share none are invisible."""
+    ray = scratch + SCRATCH_RAY
+    put_ray(ray, o, d, tmin, tmax, mask)
+    store_u32(ray, 18, INVALID)
+    store_u32(ray, 19, INVALID)
+    rtc_intersect1(scene.embree, ray, 0)
+
+
+@inlined
+def nearest(scratch):
+    """What the last ray hit: (t, instance, primitive, u, v); instance -1 and t the ray's end where it hit nothing."""
+    ray = scratch + SCRATCH_RAY
+    geometry = load_u32(ray, 18)
+    if geometry == INVALID:
+        return load_f32(ray, 8), -1, -1, 0.0, 0.0
+    instance = load_u32(ray, 19)
+    if instance == INVALID:  # triangles that stand in the world themselves
+        instance = geometry
+    return load_f32(ray, 8), instance, load_u32(ray, 17), load_f32(ray, 15), load_f32(ray, 16)
+
+
+@inlined
+def put_nearest(scratch, t, instance, primitive, u, v):
+    """Let `nearest` tell of a hit that was found before."""
+    ray = scratch + SCRATCH_RAY
+    store_f32(ray, 8, t)
+    store_f32(ray, 15, u)
+    store_f32(ray, 16, v)
+    store_u32(ray, 17, primitive)
+    store_u32(ray, 18, instance)
+    store_u32(ray, 19, INVALID)
+
+
+@inlined
+def intersect(scene, scratch, o, d, tmin, tmax, mask):
+    """Nearest hit of a ray: (t, instance, primitive, u, v); see `trace` and `nearest`."""
+    trace(scene, scratch, o, d, tmin, tmax, mask)
+    return nearest(scratch)
+
+
+@inlined
+def occluded(scene, scratch, o, d, tmax, mask):
+    """Whether anything visible to `mask` lies on the segment of length tmax."""
+    ray = scratch + SCRATCH_SHADOW_RAY
+    put_ray(ray, o, d, 0.0, tmax, mask)
+    rtc_occluded1(scene.embree, ray, 0)
+    return load_f32(ray, 8) < 0.0

@@ -1,0 +1,186 @@
+"""From a hit to a shading point, and from a shading point to the origin of the next ray."""
+
+from ..core.jit import device, inlined
+from ..core.memory import load_i32, load_u8, load_u32
+from ..core.records import DOMAIN_CORNER, instance_at, mesh_at
+from ..core.vec import (
+    add,
+    cross,
+    dot,
+    is_black,
+    load3_f32,
+    madd,
+    neg,
+    normalize,
+    put,
+    scale,
+    sub,
+    transform_normal,
+    transform_point,
+    transform_vector,
+    vec,
+)
+
+# What single precision (Embree's rays, vertices and matrices) may be wrong by, relative to the largest of the numbers
+# that a position is worked out from: sixteen units of the last place.
+POSITION_ERROR = 16.0 * 2.0**-24
+
+
+@inlined
+def surface_point(scene, sp, instance, primitive, u, v, t, d):
+    """Fill the geometry of `sp` at barycentrics (u, v) of a triangle that a ray along d (unit) hit at distance t.
+
+    Normals and tangents are turned to the ray's side; the position comes from the triangle, not from the ray.
+    """
+    placed = instance_at(scene.instances, instance)
+    mesh = mesh_at(scene.meshes, placed.mesh)
+    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
+    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
+    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
+    p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
+    ab_world = transform_vector(placed.to_world, ab)
+    ac_world = transform_vector(placed.to_world, ac)
+    wo = neg(d)
+
+    flat = cross(ab, ac)
+    ng = normalize(transform_normal(placed.to_object, flat))
+    if is_black(ng):  # a triangle without area
+        ng = wo
+    n = normalize(transform_normal(placed.to_object, object_normal(mesh, primitive, u, v)))
+    if is_black(n):
+        n = ng
+
+    sp.backfacing = 0
+    if dot(ng, wo) < 0.0:
+        sp.backfacing = 1
+        ng = neg(ng)
+        n = neg(n)
+        ab_world = neg(ab_world)
+        ac_world = neg(ac_world)
+
+    sp.instance = instance
+    sp.primitive = primitive
+    sp.mesh = placed.mesh
+    sp.light = -1
+    sp.material = triangle_material(scene, placed, mesh, primitive)
+    sp.t = t
+    sp.u = u
+    sp.v = v
+    put(sp.p, p)
+    sp.error = POSITION_ERROR * _magnitude(placed.to_world, max(largest(a), max(largest(ab), largest(ac))))
+    put(sp.n, n)
+    put(sp.ng, ng)
+    put(sp.wo, wo)
+    put(sp.dpdu, ab_world)
+    put(sp.dpdv, ac_world)
+
+
+@inlined
+def object_normal(mesh, primitive, u, v):
+    """The interpolated normal of a smooth triangle in object space, not normalised; zero for a flat one."""
+    if not is_smooth(mesh, primitive):
+        return (0.0, 0.0, 0.0)
+    a = _corner_normal(mesh, primitive, 0)
+    b = _corner_normal(mesh, primitive, 1)
+    c = _corner_normal(mesh, primitive, 2)
+    return add(scale(a, 1.0 - u - v), add(scale(b, u), scale(c, v)))
+
+
+@device
+def is_smooth(mesh, primitive):
+    """Whether a triangle is shaded with interpolated normals."""
+    return mesh.normals != 0 and (mesh.smooth == 0 or load_u8(mesh.smooth, primitive) != 0)
+
+
+@device
+def _corner_normal(mesh, primitive, corner):
+    table = mesh.corners if mesh.normals_domain == DOMAIN_CORNER else mesh.triangles
+    return load3_f32(mesh.normals, load_u32(table, 3 * primitive + corner))
+
+
+@inlined
+def triangle_material(scene, placed, mesh, primitive):
+    """The index of a triangle's material."""
+    slot = 0
+    if mesh.material_slots != 0:
+        slot = max(0, min(load_i32(mesh.material_slots, primitive), placed.n_materials - 1))
+    return load_i32(scene.material_slots, placed.materials + slot)
+
+
+@inlined
+def largest(a):
+    """The largest absolute component."""
+    return max(abs(a[0]), max(abs(a[1]), abs(a[2])))
+
+
+@inlined
+def _magnitude(m, size):
+    """A bound of the terms that add up to the image of a point whose coordinates are not larger than `size`."""
+    x = (abs(m[0]) + abs(m[1]) + abs(m[2])) * size + abs(m[3])
+    y = (abs(m[4]) + abs(m[5]) + abs(m[6])) * size + abs(m[7])
+    z = (abs(m[8]) + abs(m[9]) + abs(m[10])) * size + abs(m[11])
+    return max(x, max(y, z))
+
+
+@inlined
+def offset_origin(sp, wi):
+    """The origin of a ray that leaves the surface towards wi: off it by the position's error, on the side of wi."""
+    ng = vec(sp.ng)
+    return madd(vec(sp.p), ng, sp.error if dot(ng, wi) >= 0.0 else -sp.error)
+
+
+@device
+def shadow_origin(scene, sp, wi):
+    """The origin of a shadow ray towards wi; near the terminator of a smooth triangle it is lifted off it.
+
+    As in Cycles, the lift sets in where wi's cosines with the normals fall below the instance's `terminator`.
+    """
+    placed = instance_at(scene.instances, sp.instance)
+    limit = placed.terminator
+    cos_n = dot(vec(sp.n), wi)
+    side = 1.0 if cos_n >= 0.0 else -1.0
+    cos_n *= side
+    cos_g = side * dot(vec(sp.ng), wi)
+    o = offset_origin(sp, wi)
+    if cos_g >= limit or limit <= 0.0:
+        return o
+    mesh = mesh_at(scene.meshes, sp.mesh)
+    if not is_smooth(mesh, sp.primitive):
+        return o
+    amount = 2.0 - (cos_g + cos_n) / limit if cos_n < limit else 1.0 - cos_g / limit
+    if amount <= 0.0:
+        return o
+    return madd(o, _lift(placed, mesh, sp, scale(vec(sp.ng), side)), min(amount, 1.0))
+
+
+@device
+def _lift(placed, mesh, sp, ng):
+    """From the point on a smooth triangle to the curved surface on the side of ng, about along the shading normal.
+
+    The height is that of a paraboloid with the normals of the corners, halved, but not below the lowest of the corners'
+    tangent planes, each of them raised until the triangle lies under it.
+    """
+    u = sp.u
+    v = sp.v
+    w = 1.0 - u - v
+    a = _world_normal(placed, mesh, sp.primitive, 0)
+    b = _world_normal(placed, mesh, sp.primitive, 1)
+    c = _world_normal(placed, mesh, sp.primitive, 2)
+    n = add(scale(a, w), add(scale(b, u), scale(c, v)))
+    if dot(n, ng) <= 0.0:
+        a, b, c, n = neg(a), neg(b), neg(c), neg(n)
+    turned = -1.0 if sp.backfacing != 0 else 1.0
+    ab = scale(vec(sp.dpdu), turned)
+    ac = scale(vec(sp.dpdv), turned)
+    bc = sub(ac, ab)
+    to_a = neg(add(scale(ab, u), scale(ac, v)))
+    height_a = dot(to_a, a) + max(0.0, max(dot(ab, a), dot(ac, a)))
+    height_b = dot(add(to_a, ab), b) + max(0.0, max(-dot(ab, b), dot(bc, b)))
+    height_c = dot(add(to_a, ac), c) + max(0.0, max(-dot(ac, c), -dot(bc, c)))
+    paraboloid = u * w * dot(sub(b, a), ab) + v * w * dot(sub(c, a), ac) + u * v * dot(sub(c, b), bc)
+    return scale(n, max(0.0, max(0.5 * paraboloid, min(height_a, min(height_b, height_c)))))
+
+
+@device
+def _world_normal(placed, mesh, primitive, corner):
+    return normalize(transform_normal(placed.to_object, _corner_normal(mesh, primitive, corner)))

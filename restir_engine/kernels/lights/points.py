@@ -1,0 +1,155 @@
+"""Points of lights that outlive the surface point they were sampled for: kept, and lit by again from anywhere.
+
+A point is (source, primitive, u, v), 16 bytes in a reservoir or a tile:
+
+    emissive triangle   instance, primitive, barycentrics
+    lamp                its index, POINT_ON_LAMP, and (u, v):
+        point, spot         of the unit disk: what turns towards the receiver, or the cone in which it sees a sphere
+        sun                 of the unit disk, as which its cone is seen
+        area                texture coordinates
+        without size        0, 0
+    world               0, POINT_ON_WORLD, the direction as a point of the octahedral square
+
+Points are measured by the share of their lamp or triangle that they make up (so that points uniform over a lamp's
+disk, cone or face have density 1), by solid angle on the world; a lamp without size counts as 1. To go from one
+receiver to another with the same four numbers has Jacobian 1 in this measure, also when lamps and meshes move.
+
+`light_point` gives what is lit by a point. It leaves in `ls.pdf` the solid-angle density that corresponds to 1 in the
+measure of points (1 for a lamp without size), thus
+
+    integrand                       BSDF(ls.wi) ls.radiance / ls.pdf
+    density of a light_sample       its ls.pdf / this ls.pdf
+    density of a BSDF sample        its pdf / this ls.pdf; 0 for lamps without size (LIGHT_SAMPLE_DELTA)
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ..core.jit import Entry, device, entry
+from ..core.memory import call_entry, load_i64, record_address
+from ..core.records import (
+    LIGHT_AREA,
+    LIGHT_SUN,
+    POINT_ON_LAMP,
+    POINT_ON_WORLD,
+    SCRATCH_LIGHT_SAMPLE,
+    light_at,
+    light_sample_at,
+    light_table_at,
+    scene_at,
+    shading_point_at,
+)
+from ..core.vec import madd, vec
+from ..core.warp import octahedral, octahedral_direction
+from .area import area_uv, place_area
+from .ball import ball_coordinates, place_ball
+from .sample import shine
+from .sun import place_sun, sun_coordinates
+from .triangle import place_triangle
+from .world import place_world
+
+# Places in the table of entries, the first for each LIGHT_* kind.
+_TRIANGLE, _WORLD = 4, 5
+
+
+@device
+def light_point(scene, sp, scratch, source, primitive, u, v):
+    """Fill the LIGHT_SAMPLE in scratch with a kept point as it lights sp; False where it does not.
+
+    A point seen from behind, beyond a lamp's or the world's limit of bounces, or outside a spread does not.
+    """
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    table = light_table_at(scene.light_table, 0)
+    ls.uv[0] = u
+    ls.uv[1] = v
+    if primitive == POINT_ON_LAMP:
+        light = light_at(scene.lights, source)
+        if sp.depth > light.max_bounces:
+            return False
+        ls.p[0], ls.p[1], ls.p[2] = sp.p[0], sp.p[1], sp.p[2]
+        call_entry(load_i64(table.places, light.kind), record_address(light), record_address(ls), 0, 0, 0)
+        factor = ls.radiance[0]
+        if factor <= 0.0:
+            return False
+        shine(scene, sp, scratch, source, light, factor, ls)
+    else:
+        ls.instance = source
+        ls.primitive = primitive
+        code = load_i64(table.places, _TRIANGLE if primitive >= 0 else _WORLD)
+        if code == 0:
+            return False
+        call_entry(code, record_address(scene), record_address(sp), scratch, 0, 0)
+    ls.mis_pdf = ls.point_pdf = ls.pdf
+    return ls.pdf > 0.0 and (ls.radiance[0] != 0.0 or ls.radiance[1] != 0.0 or ls.radiance[2] != 0.0)
+
+
+@device
+def point_of_sample(scene, sp, ls):
+    """(source, primitive, u, v) of a LIGHT_SAMPLE that light_sample filled for sp."""
+    if ls.light >= 0:
+        u, v = point_of_lamp(scene, ls.light, vec(sp.p), vec(ls.wi), ls.distance)
+        return ls.light, POINT_ON_LAMP, u, v
+    if ls.primitive >= 0:
+        return ls.instance, ls.primitive, float(ls.uv[0]), float(ls.uv[1])
+    u, v = octahedral(vec(ls.wi))
+    return 0, POINT_ON_WORLD, u, v
+
+
+@device
+def point_of_lamp(scene, light, o, d, t):
+    """The coordinates (u, v) of the point of a lamp that a ray from o along d meets at distance t (suns: any)."""
+    lamp = light_at(scene.lights, light)
+    if lamp.kind == LIGHT_SUN:
+        return sun_coordinates(lamp, d)
+    if lamp.kind == LIGHT_AREA:
+        return area_uv(lamp, madd(o, d, t))
+    return ball_coordinates(lamp, o, d, t)
+
+
+@entry
+def _place_ball(light, sample, _a, _b, _c):
+    ls = light_sample_at(sample, 0)
+    ls.radiance[0] = place_ball(light_at(light, 0), vec(ls.p), float(ls.uv[0]), float(ls.uv[1]), ls)
+
+
+@entry
+def _place_area(light, sample, _a, _b, _c):
+    ls = light_sample_at(sample, 0)
+    ls.radiance[0] = place_area(light_at(light, 0), vec(ls.p), float(ls.uv[0]), float(ls.uv[1]), ls)
+
+
+@entry
+def _place_sun(light, sample, _a, _b, _c):
+    ls = light_sample_at(sample, 0)
+    ls.radiance[0] = place_sun(light_at(light, 0), float(ls.uv[0]), float(ls.uv[1]), ls)
+
+
+@entry
+def _place_triangle(scene, sp, scratch, _a, _b):
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    u, v = float(ls.uv[0]), float(ls.uv[1])
+    sp = shading_point_at(sp, 0)
+    if not place_triangle(scene_at(scene, 0), sp, scratch, ls.instance, ls.primitive, u, v, ls):
+        ls.pdf = 0.0
+
+
+@entry
+def _place_world(scene, sp, scratch, _a, _b):
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    d = octahedral_direction(float(ls.uv[0]), float(ls.uv[1]))
+    done = place_world(scene_at(scene, 0), shading_point_at(sp, 0), scratch, d, ls)
+    ls.pdf = 1.0 if done else 0.0
+
+
+_LAMPS: tuple[Entry, ...] = (_place_ball, _place_ball, _place_area, _place_sun)
+
+
+def place_entries(kinds: Iterable[int], triangles: bool, world: bool) -> np.ndarray:
+    """The table LIGHT_TABLE.places for these LIGHT_* kinds, triangles that emit and the world; 0: not needed."""
+    table = np.zeros(6, np.int64)
+    for kind in kinds:
+        table[kind] = _LAMPS[kind].address
+    table[_TRIANGLE] = _place_triangle.address if triangles else 0
+    table[_WORLD] = _place_world.address if world else 0
+    return table

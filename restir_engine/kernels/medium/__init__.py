@@ -1,1 +1,0 @@
-"""Light inside a homogeneous medium, and what an artist says about one."""

@@ -1,0 +1,69 @@
+"""Shadow rays: what share of a light's radiance arrives."""
+
+from ..core.jit import device, inlined
+from ..core.records import (
+    RAY_CAMERA,
+    RAY_SHADOW,
+    RAY_SHADOW_OPAQUE,
+    RAY_SHADOW_TRANSPARENT,
+    SCENE_HAS_MEDIA,
+    SCENE_HAS_TRANSPARENT,
+    SCRATCH_SHADOW_CLOSURES,
+    SCRATCH_SHADOW_POINT,
+    SCRATCH_SHADOW_REGISTERS,
+    shading_point_at,
+)
+from ..core.vec import length, max3, mul, scale, sub, vec
+from ..geometry.intersect import intersect, occluded
+from ..geometry.surface import shadow_origin, surface_point
+from ..shading.interpreter import shader_eval
+from ..volume.calls import media_transmittance
+from .state import FAR, inherit, next_after
+
+
+@inlined
+def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
+    """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque.
+
+    sp is a point of a surface, or one where a medium scatters (instance -1).
+    """
+    o = shadow_origin(scene, sp, wi) if sp.instance >= 0 else vec(sp.p)
+    d = wi
+    tmax = FAR
+    if distance < FAR:
+        d = sub(target, o)
+        tmax = length(d)
+        d = scale(d, 1.0 / tmax)
+        tmax *= 1.0 - 2.0e-5
+    if occluded(scene, scratch, o, d, tmax, RAY_SHADOW_OPAQUE):
+        return (0.0, 0.0, 0.0)
+    if scene.flags & SCENE_HAS_MEDIA:
+        return media_transmittance(scene, integrator, scratch, sp, o, d, tmax)
+    if scene.flags & SCENE_HAS_TRANSPARENT:
+        return transparent_shadow(scene, integrator, scratch, path, o, d, tmax)
+    return (1.0, 1.0, 1.0)
+
+
+@device
+def transparent_shadow(scene, integrator, scratch, path, o, d, tmax):
+    """Transmittance through surfaces that may be transparent, nearest first."""
+    point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
+    point.closures = scratch + SCRATCH_SHADOW_CLOSURES
+    point.registers = scratch + SCRATCH_SHADOW_REGISTERS
+    result = (1.0, 1.0, 1.0)
+    tmin = 0.0
+    for crossed in range(integrator.transparent_bounces - path.transparent_bounce):
+        t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, tmax, RAY_SHADOW_TRANSPARENT)
+        if instance < 0:
+            return result
+        inherit(point, path, t)
+        surface_point(scene, point, instance, primitive, u, v, t, d)
+        point.depth = path.bounce
+        point.transparent_depth = path.transparent_bounce + crossed
+        point.ray_flags = (path.flags & ~RAY_CAMERA) | RAY_SHADOW
+        shader_eval(scene, point)
+        result = mul(result, vec(point.transparent))
+        if max3(result) <= 0.0:
+            return result
+        tmin = next_after(t)
+    return (0.0, 0.0, 0.0)

@@ -1,0 +1,1 @@
+"""Shader programs: the interpreter, its instructions by family, textures."""

@@ -1,0 +1,25 @@
+"""The mapping that a texture node itself carries: a matrix, and for normals a unit length."""
+
+from ...core.jit import device
+from ...core.memory import load_f32, load_i32
+from ...core.vec import normalize
+from .registers import vector, write
+
+
+@device
+def _row(table, row, p):
+    return (
+        load_f32(table, row) * p[0]
+        + load_f32(table, row + 1) * p[1]
+        + load_f32(table, row + 2) * p[2]
+        + load_f32(table, row + 3)
+    )
+
+
+@device
+def texture_mapping_op(scene, registers, code, at):
+    """See opcodes.TEXTURE_MAPPING; the table is a row-major 3x4 matrix."""
+    table = scene.tables + 4 * load_i32(code, at + 2)
+    p = vector(registers, code, at + 1)
+    p = (_row(table, 0, p), _row(table, 4, p), _row(table, 8, p))
+    write(registers, load_i32(code, at), normalize(p) if load_i32(code, at + 3) else p)

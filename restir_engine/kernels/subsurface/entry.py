@@ -1,0 +1,47 @@
+"""How light enters a medium: the direction of the first segment of a walk, by the material's ENTRY_*.
+
+As in Cycles the direction alone is sampled, without a factor of the boundary's own: what the boundary reflects is a
+lobe of the surface.
+"""
+
+import math
+
+from ..core.jit import device
+from ..core.vec import dot, frame, madd, neg, scale, to_world, vec
+from ..lobes.closure import ENTRY_DIFFUSE, ENTRY_SKIN, P_ENTRY
+from ..lobes.diffuse import cosine_direction
+from ..lobes.microfacet import ggx_visible_normal
+
+
+@device
+def entry_direction(sp, c, u0, u1):
+    """(whether light enters, its unit direction) at `sp` through the closure `c`.
+
+    Diffuse: cosine-distributed about the inward normal. Refractive: through a visible normal of GGX microfacets of the
+    closure's roughness and index of refraction. Skin: either, with a roughness of 1.
+    """
+    n, wo = vec(c.n), vec(sp.wo)
+    kind = c.p[P_ENTRY]
+    alpha = c.alpha_x
+    diffuse = kind == ENTRY_DIFFUSE
+    if kind == ENTRY_SKIN:
+        alpha = 1.0
+        diffuse = u0 < 0.5
+        u0 = 2.0 * u0 if diffuse else 2.0 * u0 - 1.0
+    if diffuse:
+        d = cosine_direction(neg(n), u0, u1)
+    else:
+        if dot(n, wo) <= 0.0:
+            return False, wo
+        d = _refract(n, wo, alpha, 1.0 / c.ior, u0, u1)
+    return dot(vec(sp.ng), d) < 0.0, d
+
+
+@device
+def _refract(n, wo, alpha, eta, u0, u1):
+    """The direction into which microfacets seen from wo refract; eta is the outer by the inner index, at most 1."""
+    x, y = frame(n)
+    h = to_world(ggx_visible_normal((dot(x, wo), dot(y, wo), dot(n, wo)), alpha, alpha, u0, u1), x, y, n)
+    cosine = dot(h, wo)
+    inside = math.sqrt(max(1.0 - eta * eta * (1.0 - cosine * cosine), 1.0e-14))
+    return madd(scale(wo, -eta), h, eta * cosine - inside)

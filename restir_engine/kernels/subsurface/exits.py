@@ -1,0 +1,144 @@
+"""The points through which light leaves: one of them is lit, by resampling, and one is where the path goes on.
+
+Which point a light reaches is not known when its weight is. So a light sample is taken at each of them, without a
+shadow ray; one is chosen in proportion to what it would bring, and stands for all if nothing shadows it (resampled
+importance sampling, Talbot et al. 2005). The path goes on by one that is chosen by the weight alone. What the
+irradiance cache has lit, if there is one, is no candidate.
+"""
+
+from ..core import rng
+from ..core.jit import device, inlined
+from ..core.memory import call_entry, load_f64, load_i64, record_address, store_f64
+from ..core.vec import load3_f64, mul, put, scale, store3_f64
+from ..lights import light_is_sampled, set_receiver
+from ..path.direct import add_unless_shadowed, unshadowed
+from ..path.state import DIM_LIGHT, DIM_LIGHT_POINT, DIMENSIONS, LIT, mark_scattered
+from .exit import leave
+from .method_table import LIGHT_FROM_CACHE
+from .probe import H_EVENTS, H_LIT, H_NORMAL, H_PRIMITIVE, H_T, H_U, H_V, H_WEIGHT, HIT, HITS
+
+# An exit whose weight is below this part of the largest one's is a candidate with a probability that falls with it.
+_CERTAIN = 0.05
+
+_DIM_EXIT, _DIM_CANDIDATE = 2, 3  # random dimensions of the exits' vertex, besides those of light sampling
+
+
+@inlined
+def exit_at(scratch, k):
+    """The address of the k-th exit, laid out as a hit of the probe."""
+    return scratch + HITS + 8 * HIT * k
+
+
+@inlined
+def amount(weight):
+    """What a weight (rgb, possibly negative) counts for where one of several is chosen."""
+    return abs(weight[0]) + abs(weight[1]) + abs(weight[2])
+
+
+@inlined
+def exit_weight(scratch, k):
+    return load3_f64(exit_at(scratch, k), H_WEIGHT)
+
+
+@device
+def put_exit(place, t, primitive, u, v, normal, weight, events):
+    """Note an exit where a ray inside hit the surface; normal: anything that points outwards."""
+    store_f64(place, H_T, t)
+    store_f64(place, H_PRIMITIVE, float(primitive))
+    store_f64(place, H_U, u)
+    store_f64(place, H_V, v)
+    store3_f64(place, H_NORMAL, normal)
+    store3_f64(place, H_WEIGHT, weight)
+    store_f64(place, H_EVENTS, float(events))
+
+
+@device
+def leave_by(scene, scratch, sp, k):
+    """Move `sp` to the k-th exit."""
+    place = exit_at(scratch, k)
+    primitive, u, v = int(load_f64(place, H_PRIMITIVE)), load_f64(place, H_U), load_f64(place, H_V)
+    leave(scene, sp, primitive, u, v, load_f64(place, H_T), load3_f64(place, H_NORMAL))
+
+
+@device
+def _light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
+    """Add the direct light of n exits by one shadow ray; the exit that `sp` was moved to last, -1: none.
+
+    cached: whether some may be lit already.
+    """
+    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
+    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
+    left, dim = rng.sample2(path.key, path.sample, path.dimension + _DIM_CANDIDATE)
+    black = (0.0, 0.0, 0.0)
+    best, best_f = black, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    total, chosen, at = 0.0, -1, -1
+    for k in range(n):
+        if cached and load_f64(exit_at(scratch, k), H_LIT) != 0.0:
+            continue
+        weight = exit_weight(scratch, k)
+        chance = amount(weight) / (_CERTAIN * most)
+        if chance < 1.0:
+            if dim >= chance:
+                dim = (dim - chance) / (1.0 - chance)
+                continue
+            dim /= chance
+            weight = scale(weight, 1.0 / chance)
+        leave_by(scene, scratch, sp, k)
+        at = k
+        c, f = unshadowed(scene, scratch, sp, u0, u1, u2)
+        c = mul(c, weight)
+        a = amount(c)
+        if a > 0.0:
+            total += a
+            p = a / total
+            if left < p:
+                left /= p
+                chosen, best, best_f = k, c, f
+            else:
+                left = (left - p) / (1.0 - p)
+    if chosen < 0 or not total < 1.0e30:
+        return at
+    if chosen != at:
+        leave_by(scene, scratch, sp, chosen)
+        unshadowed(scene, scratch, sp, u0, u1, u2)
+    mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
+    best = scale(best, total / amount(best))
+    add_unless_shadowed(scene, integrator, film, scratch, path, sp, best, best_f)
+    return chosen
+
+
+@device
+def light_exits(scene, integrator, film, scratch, path, sp, n):
+    """Add the direct light of n exits, and leave by one of them, chosen in proportion to its weight.
+
+    An exit's weight is the path's throughput when light leaves there.
+    """
+    total, most = 0.0, 0.0
+    for k in range(n):
+        a = amount(exit_weight(scratch, k))
+        total += a
+        most = max(most, a)
+    if not 0.0 < total < 1.0e30:
+        return
+    marked, at = path.scatter_pass, -1
+    if light_is_sampled(scene):
+        code = load_i64(integrator.scatter, LIGHT_FROM_CACHE)
+        if code != 0:
+            call_entry(code, record_address(scene), record_address(integrator), record_address(film), scratch, n)
+        at = _light_one(scene, integrator, film, scratch, path, sp, n, most, code != 0)
+    left = total * rng.sample1(path.key, path.sample, path.dimension + _DIM_EXIT)
+    chosen = 0
+    for k in range(n):
+        a = amount(exit_weight(scratch, k))
+        if a > 0.0 and left >= 0.0:
+            chosen = k
+        left -= a
+    if chosen != at:
+        leave_by(scene, scratch, sp, chosen)
+        set_receiver(scene, sp)  # for the weight of a lamp that the path's next ray hits
+    path.scatter_pass = marked
+    mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
+    weight = exit_weight(scratch, chosen)
+    put(path.throughput, scale(weight, total / amount(weight)))
+    path.dimension += DIMENSIONS
+    path.scattered = LIT

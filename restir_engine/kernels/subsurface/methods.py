@@ -1,0 +1,59 @@
+"""Subsurface scattering as integrators see it: from the closure that was chosen to the point where light leaves.
+
+The methods are entries, compiled when a scene first needs one, and share this contract. On entering, `sp` is the point
+where light enters (seen from outside), `sp.scatterer` the closure, and `path.throughput` contains the closure's weight
+by the probability of its choice. A method leaves in `path.scattered` whether a path goes on; if so, `sp` is the point
+where light leaves, seen from outside, with one Lambert closure of weight 1 about its own (bumped) normal, and
+`path.throughput`, `path.dimension` are up to date. What a method gathers on the way it adds to the film itself; where
+that includes the light that falls straight on the point where the path leaves, `path.scattered` is LIT.
+"""
+
+import numpy as np
+
+from ..core.jit import Entry, inlined
+from ..core.memory import address, call_entry, load_i64, record_address
+from ..core.records import SCENE_HAS_SUBSURFACE, closure_at
+from ..lobes.closure import P_BURLEY
+from . import method_table as at
+from .diffusion import diffusion
+from .hybrid import hybrid
+from .irradiance_cache import light_from_cache
+from .probe import note_hit
+from .slabs import slab_tables
+from .walk import random_walk
+
+# By RenderSettings.sss_method: what follows light through a medium, and through a material that asks for BURLEY.
+METHODS: dict[str, tuple[Entry, Entry]] = {
+    "FROM_MATERIAL": (random_walk, diffusion),
+    "RANDOM_WALK": (random_walk, random_walk),
+    "HYBRID": (hybrid, hybrid),
+    "DIFFUSION": (diffusion, diffusion),
+}
+
+
+@inlined
+def scatter(scene, integrator, film, scratch, path, sp):
+    """Follow light through the medium under `sp`; False when it does not come out."""
+    path.scattered = 0
+    burley = 1 if closure_at(sp.closures, sp.scatterer).p[P_BURLEY] != 0.0 else 0
+    code = load_i64(integrator.scatter, at.MEDIUM + burley)
+    if code != 0:
+        call_entry(code, record_address(scene), record_address(integrator), record_address(film), scratch, 0)
+    return path.scattered != 0
+
+
+def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: int = 0, cache: int = 0) -> np.ndarray:
+    """The table that INTEGRATOR.scatter points to; what the scene needs of code is compiled where it is not yet.
+
+    method: a name of METHODS; options: bits of scatter_table.FLAGS; cache: the address of an irradiance cache.
+    """
+    table = np.zeros(at.SIZE, np.int64)
+    if scene_flags & SCENE_HAS_SUBSURFACE:
+        medium, burley = METHODS[method]
+        table[at.MEDIUM], table[at.BURLEY] = medium.address, burley.address
+        table[at.NOTE_HIT] = note_hit.address
+        table[at.ALBEDOS] = address(slab_tables())
+        table[at.FLAGS] = options
+        if cache:
+            table[at.LIGHT_FROM_CACHE], table[at.CACHE] = light_from_cache.address, cache
+    return table

@@ -1,0 +1,70 @@
+"""The code behind `calls`: compiled when a scene has media."""
+
+import numpy as np
+
+from ..core.jit import Entry, entry
+from ..core.records import (
+    SCENE_HAS_MEDIA,
+    SCRATCH_MEDIA,
+    SCRATCH_PATH,
+    SCRATCH_POINT,
+    film_at,
+    integrator_at,
+    path_at,
+    scene_at,
+    shading_point_at,
+)
+from ..core.vec import vec
+from ..geometry.surface import offset_origin
+from .segment import follow_segment
+from .stack import cross
+from .through import find_media, trace_shadow
+
+
+@entry
+def _begin(scene, integrator, film, scratch, _):
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, vec(path.o))
+
+
+@entry
+def _around(scene, integrator, film, scratch, sp):
+    sp = shading_point_at(sp, 0)
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, offset_origin(sp, vec(sp.wo)))
+
+
+@entry
+def _segment(scene, integrator, film, scratch, reaches):
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    follow_segment(
+        scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0), scratch, path, sp, reaches
+    )  # fmt: skip
+
+
+@entry
+def _cross(scene, integrator, film, scratch, _):
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    cross(scene_at(scene, 0), integrator_at(integrator, 0), scratch + SCRATCH_MEDIA, sp)
+    path.medium_start = sp.t
+
+
+@entry
+def _shadow(scene, integrator, film, scratch, sp):
+    path = path_at(scratch + SCRATCH_PATH, 0)
+    trace_shadow(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, shading_point_at(sp, 0))
+
+
+# In the order of calls.BEGIN …
+_ENTRIES: tuple[Entry, ...] = (_begin, _around, _segment, _cross, _shadow)
+
+
+def media_entries(scene_flags: int) -> np.ndarray:
+    """The table that INTEGRATOR.media points to: int64 (6,), compiled where it is not yet; 0 without media.
+
+    Behind the code there is room for the count of `stack.OVERFLOWS`.
+    """
+    needed = scene_flags & SCENE_HAS_MEDIA
+    return np.array([*(e.address if needed else 0 for e in _ENTRIES), 0], np.int64)

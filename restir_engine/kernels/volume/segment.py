@@ -1,0 +1,262 @@
+"""A path between two surfaces in media: emission, extinction, and scattering with its direct light.
+
+Distances are sampled by the extinction of one colour channel, chosen by what the path carries in it, and weighted by
+the balance heuristic over the channels (Chiang, Kutz and Burley 2016, "Practical and controllable subsurface
+scattering").
+"""
+
+import math
+
+from ..core import rng
+from ..core.jit import device
+from ..core.records import (
+    LIGHT_SAMPLE_DELTA,
+    LIGHT_SAMPLE_NO_SHADOW,
+    PHASE,
+    RAY_VOLUME,
+    SCRATCH_LIGHT_SAMPLE,
+    SCRATCH_MEDIA,
+    light_sample_at,
+    media_at,
+)
+from ..core.vec import dot, madd, max3, mul, neg, put, scale, vec
+from ..film.contribute import IN_MEDIUM, add3, add_hit, add_light, add_scattered, clamp_contribution
+from ..lights import light_sample
+from ..path.shadow import transmittance
+from ..path.state import (
+    DIM_DIRECTION,
+    DIM_LIGHT,
+    DIM_LIGHT_POINT,
+    DIM_LOBE,
+    DIM_ROULETTE,
+    DIMENSIONS,
+    LAST,
+    mis_weight,
+    survival_probability,
+)
+from ..subsurface.phase import around
+from .calls import ENDED, PASSES, SCATTERED, segment_start
+from .phase import phase_cosine, phase_value
+from .stack import entry_at
+
+# Least share of a channel's albedo in its choice: one that is only absorbed still has its light carried through.
+_LEAST_ALBEDO = 0.25
+
+
+@device
+def decay(sigma, s):
+    """exp(-σ s) by channel; 1 where σ is 0, however long s is."""
+    return (
+        math.exp(-sigma[0] * s) if sigma[0] > 0.0 else 1.0,
+        math.exp(-sigma[1] * s) if sigma[1] > 0.0 else 1.0,
+        math.exp(-sigma[2] * s) if sigma[2] > 0.0 else 1.0,
+    )
+
+
+@device
+def _emitted(e, sigma, through, s):
+    """∫ e exp(-σ x) dx over 0 … s in one channel."""
+    if sigma * s > 1.0e-4:
+        return e * (1.0 - through) / sigma
+    return e * s * (1.0 - 0.5 * sigma * s)
+
+
+@device
+def channel_weights(throughput, sigma_t, sigma_s):
+    """Probabilities of the channels that may choose the distance."""
+    w = (
+        abs(throughput[0]) * ((sigma_s[0] / sigma_t[0] if sigma_t[0] > 0.0 else 1.0) + _LEAST_ALBEDO),
+        abs(throughput[1]) * ((sigma_s[1] / sigma_t[1] if sigma_t[1] > 0.0 else 1.0) + _LEAST_ALBEDO),
+        abs(throughput[2]) * ((sigma_s[2] / sigma_t[2] if sigma_t[2] > 0.0 else 1.0) + _LEAST_ALBEDO),
+    )
+    total = w[0] + w[1] + w[2]
+    if total <= 0.0:
+        return (1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0)
+    return scale(w, 1.0 / total)
+
+
+@device
+def sample_distance(throughput, sigma_t, sigma_s, s, u0, u1):
+    """(distance, weight rgb): where the path scatters, or `s` where it gets through; weight: of its throughput."""
+    p = channel_weights(throughput, sigma_t, sigma_s)
+    sigma = sigma_t[2]
+    if u0 < p[0]:
+        sigma = sigma_t[0]
+    elif u0 < p[0] + p[1]:
+        sigma = sigma_t[1]
+    x = -math.log(1.0 - u1) / sigma if sigma > 0.0 else s
+    if x < s:
+        through = decay(sigma_t, x)
+        pdf = dot(p, mul(sigma_t, through))
+        return x, scale(mul(sigma_s, through), 1.0 / pdf) if pdf > 0.0 else (0.0, 0.0, 0.0)
+    through = decay(sigma_t, s)
+    pdf = dot(p, through)
+    return s, scale(through, 1.0 / pdf) if pdf > 0.0 else (0.0, 0.0, 0.0)
+
+
+@device
+def follow_segment(scene, integrator, film, scratch, path, sp, reaches):
+    """Follow the path through its media up to path.t, where a surface is if it `reaches` one; sets path.event."""
+    media = media_at(scratch + SCRATCH_MEDIA, 0)
+    path.event = PASSES
+    if reaches < 0:
+        # A ray that meets nothing is outside of every closed mesh.
+        media.count = 0
+        return
+    start = segment_start(path)
+    path.medium_start = path.t
+    s = path.t - start
+    if s <= 0.0:
+        return
+    sigma_t = vec(media.sigma_t)
+    sigma_s = vec(media.sigma_s)
+    throughput = vec(path.throughput)
+    if max3(vec(media.emission)) > 0.0:
+        through = decay(sigma_t, s)
+        e = media.emission
+        light = (
+            _emitted(e[0], sigma_t[0], through[0], s),
+            _emitted(e[1], sigma_t[1], through[1], s),
+            _emitted(e[2], sigma_t[2], through[2], s),
+        )
+        add_hit(film, integrator, path, light, 1.0, film.emission)
+    if path.last or max3(sigma_s) <= 0.0:
+        put(path.throughput, mul(throughput, decay(sigma_t, s)))
+        if max3(vec(path.throughput)) <= 0.0:
+            path.event = ENDED
+        return
+    u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
+    path.dimension += 1
+    x, weight = sample_distance(throughput, sigma_t, sigma_s, s, u0, u1)
+    put(path.throughput, mul(throughput, weight))
+    if max3(vec(path.throughput)) <= 0.0:
+        path.event = ENDED
+    elif x < s:
+        path.event = SCATTERED
+        put(sp.p, madd(vec(path.o), vec(path.d), start + x))
+        sp.dp = path.dp + (start + x) * path.dd
+        sp.t = start + x
+        _scatter(scene, integrator, film, scratch, path, sp)
+
+
+@device
+def _scatter(scene, integrator, film, scratch, path, sp):
+    """Direct light at the scattering point sp.p, and the path's next ray from there."""
+    media = scratch + SCRATCH_MEDIA
+    sp.instance = -1
+    sp.n_closures = 0
+    put(sp.n, (0.0, 0.0, 0.0))
+    put(sp.ng, (0.0, 0.0, 0.0))
+    put(sp.receiver, (0.0, 0.0, 0.0))
+    put(sp.wo, neg(vec(path.d)))
+    if path.denoise and film.denoising_albedo >= 0:
+        m = media_at(media, 0)
+        albedo = (
+            _share(m.sigma_s[0], m.sigma_t[0]),
+            _share(m.sigma_s[1], m.sigma_t[1]),
+            _share(m.sigma_s[2], m.sigma_t[2]),
+        )
+        add3(path.pixel, film.denoising_albedo, mul(vec(path.feature_throughput), albedo))
+        path.denoise = 0
+    survival = survival_probability(path, integrator)
+    if survival < 1.0:
+        if rng.sample1(path.key, path.sample, path.dimension + DIM_ROULETTE) >= survival:
+            path.event = ENDED
+            return
+        put(path.throughput, scale(vec(path.throughput), 1.0 / survival))
+    if path.bounce == 0:
+        put(path.diffuse_weight, IN_MEDIUM)
+        put(path.glossy_weight, (0.0, 0.0, 0.0))
+    d = vec(path.d)
+    _direct_light(scene, integrator, film, scratch, path, sp, d)
+    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
+    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
+    wi = around(d, choose_cosine(media, u0, u1), u2)
+    pdf = phase_density(media, dot(d, wi))
+    if pdf <= 0.0:
+        path.event = ENDED
+        return
+    put(path.o, vec(sp.p))
+    put(path.d, wi)
+    put(path.receiver, vec(sp.receiver))
+    path.tmin = 0.0
+    path.dp = sp.dp
+    path.flags = RAY_VOLUME
+    path.background_visible = 0
+    path.mis_pdf = pdf
+    path.min_pdf = min(path.min_pdf, pdf)
+    path.bounce += 1
+    path.volume_bounce += 1
+    path.dimension += DIMENSIONS
+    if path.bounce >= integrator.max_bounces or path.volume_bounce >= integrator.volume_bounces:
+        path.last = LAST
+
+
+@device
+def _share(part, whole):
+    return part / whole if whole > 0.0 else 0.0
+
+
+@device
+def phase_density(media, cosine):
+    """The phase function of the media at an address, a mixture by their mean coefficients over the channels."""
+    top = media_at(media, 0).top
+    total = 0.0
+    value = 0.0
+    for i in range(media_at(media, 0).count):
+        entry = entry_at(media, i)
+        if entry.priority == top:
+            p = entry.phases
+            for k in range(0, PHASE * entry.n_phases, PHASE):
+                total += p[k + 1]
+                value += p[k + 1] * phase_value(int(p[k]), p[k + 2], p[k + 3], p[k + 4], cosine)
+    return value / total if total > 0.0 else 0.0
+
+
+@device
+def choose_cosine(media, u0, u1):
+    """A cosine with the density of `phase_density`: u0 chooses the part, u1 the cosine."""
+    top = media_at(media, 0).top
+    total = 0.0
+    chosen = 0
+    at = 0
+    for i in range(media_at(media, 0).count):
+        entry = entry_at(media, i)
+        if entry.priority == top:
+            for k in range(0, PHASE * entry.n_phases, PHASE):
+                weight = entry.phases[k + 1]
+                total += weight
+                share = weight / total
+                if u0 < share:
+                    chosen = i
+                    at = k
+                    u0 /= share
+                else:
+                    u0 = (u0 - share) / (1.0 - share)
+    p = entry_at(media, chosen).phases
+    return phase_cosine(int(p[at]), p[at + 2], p[at + 3], p[at + 4], u1)
+
+
+@device
+def _direct_light(scene, integrator, film, scratch, path, sp, d):
+    """Next event estimation at a scattering point, weighted against the phase function's density."""
+    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
+    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
+    if not light_sample(scene, sp, scratch, u1, u2, u0):
+        return
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    if not ls.visibility & RAY_VOLUME or ls.pdf <= 0.0:
+        return
+    wi = vec(ls.wi)
+    f = phase_density(scratch + SCRATCH_MEDIA, dot(d, wi))
+    weight = f / ls.pdf
+    if not ls.flags & LIGHT_SAMPLE_DELTA:
+        weight *= mis_weight(ls.mis_pdf, f)
+    c = mul(scale(vec(ls.radiance), weight), vec(path.throughput))
+    if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
+        c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
+    if c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0:
+        return
+    c = clamp_contribution(c, integrator.clamp_indirect if path.bounce > 0 else integrator.clamp_direct)
+    add_scattered(film, path, c)
+    add_light(film, path.pixel, c, path.bounce > 0, vec(path.diffuse_weight), vec(path.glossy_weight))

@@ -1,0 +1,114 @@
+"""Shadow rays through media, and the media around a point."""
+
+from ..core.jit import device
+from ..core.memory import record_address
+from ..core.records import (
+    MATERIAL_MEDIUM,
+    MAX_MEDIA,
+    RAY_CAMERA,
+    RAY_SHADOW,
+    RAY_SHADOW_TRANSPARENT,
+    SCENE_HAS_TRANSPARENT,
+    SCRATCH_MEDIA,
+    SCRATCH_SHADOW,
+    SCRATCH_SHADOW_CLOSURES,
+    SCRATCH_SHADOW_MEDIA,
+    SCRATCH_SHADOW_POINT,
+    SCRATCH_SHADOW_REGISTERS,
+    SHADING_POINT,
+    material_at,
+    media_at,
+    shading_point_at,
+    shadow_at,
+)
+from ..core.vec import max3, mul, put, vec
+from ..geometry.intersect import intersect
+from ..geometry.surface import surface_point
+from ..path.state import FAR, inherit, next_after
+from ..shading.interpreter import shader_eval
+from .calls import goes_behind, is_hidden
+from .segment import decay
+from .stack import copy_for_shadow, copy_words, cross, enter, find
+
+_POINT_WORDS = SHADING_POINT.itemsize // 8
+
+
+@device
+def _second_point(scratch):
+    point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
+    point.closures = scratch + SCRATCH_SHADOW_CLOSURES
+    point.registers = scratch + SCRATCH_SHADOW_REGISTERS
+    return point
+
+
+@device
+def cross_at(scene, integrator, scratch, media, sp):
+    """Go through the boundary at sp, which keeps its closures."""
+    copy_words(record_address(sp), scratch + SCRATCH_SHADOW_POINT, _POINT_WORDS)
+    cross(scene, integrator, media, _second_point(scratch))
+
+
+@device
+def trace_shadow(scene, integrator, scratch, path, sp):
+    """Fill `transmittance` of the scratch's SHADOW: through media and surfaces that let light through."""
+    ray = shadow_at(scratch + SCRATCH_SHADOW, 0)
+    o = vec(ray.o)
+    d = vec(ray.d)
+    media = scratch + SCRATCH_SHADOW_MEDIA
+    inside = media_at(media, 0)
+    copy_for_shadow(scene, scratch + SCRATCH_MEDIA, media)
+    if goes_behind(scene, sp, d):
+        cross_at(scene, integrator, scratch, media, sp)
+    put(ray.transmittance, (0.0, 0.0, 0.0))
+    result = (1.0, 1.0, 1.0)
+    tmin = 0.0
+    start = 0.0
+    for crossed in range(integrator.transparent_bounces - path.transparent_bounce):
+        t, instance, primitive, u, v = ray.tmax, -1, -1, 0.0, 0.0
+        if scene.flags & SCENE_HAS_TRANSPARENT:
+            t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, ray.tmax, RAY_SHADOW_TRANSPARENT)
+        if inside.count > 0:
+            result = mul(result, decay(vec(inside.sigma_t), t - start))
+        if instance < 0:
+            put(ray.transmittance, result)
+            return
+        point = _second_point(scratch)
+        inherit(point, path, t)
+        surface_point(scene, point, instance, primitive, u, v, t, d)
+        point.depth = path.bounce
+        point.transparent_depth = path.transparent_bounce + crossed
+        point.ray_flags = (path.flags & ~RAY_CAMERA) | RAY_SHADOW
+        if not is_hidden(scene, inside, point.material):
+            shader_eval(scene, point)
+            result = mul(result, vec(point.transparent))
+        if max3(result) <= 0.0:
+            return
+        if material_at(scene.materials, point.material).flags & MATERIAL_MEDIUM:
+            cross(scene, integrator, media, point)
+        start = t
+        tmin = next_after(t)
+
+
+@device
+def find_media(scene, integrator, scratch, path, o):
+    """Fill the MEDIA around o: of meshes that a ray upwards leaves without entering."""
+    media = scratch + SCRATCH_MEDIA
+    entered = scratch + SCRATCH_SHADOW_MEDIA
+    media_at(media, 0).count = 0
+    media_at(entered, 0).count = 0
+    point = _second_point(scratch)
+    tmin = 0.0
+    for _ in range(4 * MAX_MEDIA):
+        d = (0.0, 0.0, 1.0)
+        t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, FAR, RAY_CAMERA)
+        if instance < 0:
+            return
+        tmin = next_after(t)
+        inherit(point, path, t)
+        surface_point(scene, point, instance, primitive, u, v, t, d)
+        if not material_at(scene.materials, point.material).flags & MATERIAL_MEDIUM:
+            continue
+        if point.backfacing == 0:
+            enter(scene, integrator, entered, point)
+        elif find(entered, instance, point.material) < 0:
+            enter(scene, integrator, media, point)
