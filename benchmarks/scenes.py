@@ -82,6 +82,19 @@ def million_triangles() -> None:
     kit.lamp()
 
 
+def skin() -> None:
+    """Suzanne of skin, random walks, under an HDRI and an area light."""
+    flesh = kit.principled(
+        Base_Color=(0.8, 0.5, 0.4, 1.0), Subsurface_Weight=1.0, Subsurface_Radius=(1.0, 0.35, 0.2),
+        Subsurface_Scale=0.1, Roughness=0.4,
+    )  # fmt: skip
+    monkey = kit.put("monkey", flesh)
+    monkey.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
+    kit.camera((0.0, -3.2, 0.4), (0.0, 0.0, 0.0))
+    kit.lamp(300)
+    kit.hdri("studio", 0.5)
+
+
 def lanterns(count: int = 400) -> None:
     """Coloured lamps of unlike power all about diffuse and subsurface scattering objects."""
     random = np.random.default_rng(11)
@@ -110,6 +123,7 @@ def prepare(name: str, size: tuple[int, int] = (640, 360)) -> None:
     """Build the scene of this name in an empty file."""
     builds = {
         "diffuse": (diffuse, 4),
+        "skin": (skin, 4),
         "all_lobes": (all_lobes, 8),
         "million_triangles": (million_triangles, 4),
         "lanterns": (lanterns, 4),
