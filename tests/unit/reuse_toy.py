@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from restir_engine.integrators.restir import resample as r
-from restir_engine.integrators.restir.reservoir import accept
+from restir_engine.integrators.resampling import resample as r
+from restir_engine.integrators.resampling.reservoir import accept
 from restir_engine.kernels.core import rng
 from restir_engine.kernels.core.jit import device, kernel
 from restir_engine.kernels.core.memory import address, load_f64, store_f64

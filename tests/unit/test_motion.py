@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from light_scenes import emission_program, matrix
 
-from restir_engine.integrators.restir.motion import (
+from restir_engine.integrators.resampling.motion import (
     Motion,
     match,
     pixel_before,

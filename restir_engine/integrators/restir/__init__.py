@@ -1,2 +1,1 @@
-"""RESTIR: light paths resampled in space and time. One module a step; what every technique shares stands in
-`reservoir`, `mis`, `resample`, `neighbours` and `motion`."""
+"""RESTIR: frames of one sample a pixel whose direct light is resampled in space and time; one module a step."""

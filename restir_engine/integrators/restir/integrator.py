@@ -12,8 +12,8 @@ from ...kernels.core.memory import address
 from ...scene.light_tiles import LightTiles, tile_count
 from ...settings import RenderSettings, carries_visibility
 from ..base import Integrator, Stage, Tile
-from .candidates import LAST, LAST_OF_FRAME, candidates_tile
-from .frame import Frame
+from ..resampling.frame import Frame
+from ..techniques.direct.candidates import LAST, LAST_OF_FRAME, candidates_tile
 from .gbuffer import gbuffer_tile
 from .passes import NO_TILE, Passes, ReusePlan, plan_of
 from .shade import film_tile, shade_tile

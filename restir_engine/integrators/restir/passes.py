@@ -10,11 +10,11 @@ import numpy as np
 
 from ...kernels.core.memory import address
 from ..base import Stage, Tile
-from .frame import Frame
-from .motion import Motion
-from .options import reuse_record
-from .spatial import spatial_tile
-from .temporal import temporal_tile
+from ..resampling.frame import Frame
+from ..resampling.motion import Motion
+from ..resampling.options import reuse_record
+from ..resampling.spatial import spatial_tile
+from ..resampling.temporal import temporal_tile
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene

@@ -10,9 +10,9 @@ from ...kernels.path.direct import add_direct, lobe_sum
 from ...kernels.path.state import COUNTED
 from ...kernels.volume.calls import media_around
 from ..path import ARRIVES, GOES_ON, bounce, tile_point, trace_path
-from .frame import UNTRACED, hit_at
+from ..resampling.frame import UNTRACED, hit_at
+from ..techniques.direct.target import load_light
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS, copy_words
-from .target import load_light
 
 
 @inlined

@@ -2,9 +2,9 @@
 
 import math
 
-from ...kernels.core.jit import device, inlined
-from ...kernels.core.memory import load_f32, load_f64, record_address, store_f32, store_f64
-from ...kernels.core.records import (
+from ....kernels.core.jit import device, inlined
+from ....kernels.core.memory import load_f32, load_f64, record_address, store_f32, store_f64
+from ....kernels.core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     SCENE_HAS_MEDIA,
     SCRATCH_LIGHT_SAMPLE,
@@ -13,13 +13,13 @@ from ...kernels.core.records import (
     path_at,
     shading_point_at,
 )
-from ...kernels.core.vec import is_black, load3_f32, scale, vec
-from ...kernels.lights import light_point
-from ...kernels.path.direct import lit_bsdf, lobe_sum, variate_class
-from ...kernels.path.shadow import transmittance
-from ...kernels.volume.calls import media_around
-from .gbuffer import PATH_WORDS, copy_words
-from .reservoir import NOTHING
+from ....kernels.core.vec import is_black, load3_f32, scale, vec
+from ....kernels.lights import light_point
+from ....kernels.path.direct import lit_bsdf, lobe_sum, variate_class
+from ....kernels.path.shadow import transmittance
+from ....kernels.volume.calls import media_around
+from ...resampling.reservoir import NOTHING
+from ...restir.gbuffer import PATH_WORDS, copy_words
 
 DARK = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # by class of lobes
 

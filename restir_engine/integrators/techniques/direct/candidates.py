@@ -20,10 +20,10 @@ import math
 
 import numpy as np
 
-from ...kernels.core import rng
-from ...kernels.core.jit import device, inlined, kernel
-from ...kernels.core.memory import record_at
-from ...kernels.core.records import (
+from ....kernels.core import rng
+from ....kernels.core.jit import device, inlined, kernel
+from ....kernels.core.memory import record_at
+from ....kernels.core.records import (
     LIGHT_HITTABLE,
     LIGHT_SAMPLE_DELTA,
     LIGHT_SAMPLE_NO_SHADOW,
@@ -40,11 +40,11 @@ from ...kernels.core.records import (
     material_at,
     path_at,
 )
-from ...kernels.core.vec import add, max3, mul, normalize, put, scale, store3_f32, vec
-from ...kernels.core.warp import octahedral
-from ...kernels.geometry.intersect import intersect
-from ...kernels.geometry.surface import offset_origin, surface_point
-from ...kernels.lights import (
+from ....kernels.core.vec import add, max3, mul, normalize, put, scale, store3_f32, vec
+from ....kernels.core.warp import octahedral
+from ....kernels.geometry.intersect import intersect
+from ....kernels.geometry.surface import offset_origin, surface_point
+from ....kernels.lights import (
     light_point,
     light_radiance,
     light_sample,
@@ -54,24 +54,24 @@ from ...kernels.lights import (
     sun_next,
     triangle_pdf,
 )
-from ...kernels.lights.mean_visibility import FIRST, guess, learn
-from ...kernels.lights.world import world_pdf
-from ...kernels.lobes import (
+from ....kernels.lights.mean_visibility import FIRST, guess, learn
+from ....kernels.lights.world import world_pdf
+from ....kernels.lobes import (
     LABEL_SINGULAR,
     LABEL_SUBSURFACE,
     LABEL_TRANSPARENT,
     bsdf_has_eval,
     bsdf_sample,
 )
-from ...kernels.path.direct import LOBE_RAYS, lit_bsdf, lobe_sum
-from ...kernels.path.state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags
-from ...kernels.path.state import visibility as ray_visibility
-from ...kernels.shading.interpreter import shader_eval
-from ..path import tile_point
-from .frame import UNTRACED, hit_at
-from .options import TARGET, reuse_at
-from .reservoir import accept, clear, contribution_weight, reservoir_at
-from .reuse import reservoirs_of
+from ....kernels.path.direct import LOBE_RAYS, lit_bsdf, lobe_sum
+from ....kernels.path.state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags
+from ....kernels.path.state import visibility as ray_visibility
+from ....kernels.shading.interpreter import shader_eval
+from ...path import tile_point
+from ...resampling.frame import UNTRACED, hit_at
+from ...resampling.options import TARGET, reuse_at
+from ...resampling.reservoir import accept, clear, contribution_weight, reservoir_at
+from .shift import reservoirs_of
 from .target import (
     DARK,
     add9,

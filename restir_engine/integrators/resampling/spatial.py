@@ -4,11 +4,7 @@ from ...kernels.core import rng
 from ...kernels.core.jit import device, kernel
 from ...kernels.core.memory import load_i64, store_i64
 from ...kernels.core.vec import vec
-from .mis import CONTRIBUTION
-from .neighbours import disk_neighbour, pixel_radius, similar
-from .resample import MAX_CANDIDATES, choose, contribution_of, needs_from, put_from, weigh
-from .reservoir import clear, reservoir_at
-from .reuse import (
+from ..techniques.direct.shift import (
     RESERVOIR_BYTES,
     WORK_PIXEL,
     WORK_RESERVOIR,
@@ -21,7 +17,11 @@ from .reuse import (
     settle,
     target_at,
 )
-from .target import point_at
+from ..techniques.direct.target import point_at
+from .mis import CONTRIBUTION
+from .neighbours import disk_neighbour, pixel_radius, similar
+from .resample import MAX_CANDIDATES, choose, contribution_of, needs_from, put_from, weigh
+from .reservoir import clear, reservoir_at
 
 STREAM = 2  # of random numbers; with the round it makes the key
 DIM_CHOICE = 1

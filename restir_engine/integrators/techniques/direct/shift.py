@@ -1,12 +1,12 @@
 """What temporal and spatial reuse of direct light share: working memory, candidates, and what comes of them."""
 
-from ...kernels.core.jit import device, inlined
-from ...kernels.core.memory import load_i64, store_i64
-from ...kernels.core.records import SCRATCH_SCATTER
-from ...kernels.core.vec import load3_f64, scale, store3_f64
-from .mis import CONTRIBUTION
-from .options import SHADED, TARGET
-from .resample import (
+from ....kernels.core.jit import device, inlined
+from ....kernels.core.memory import load_i64, store_i64
+from ....kernels.core.records import SCRATCH_SCATTER
+from ....kernels.core.vec import load3_f64, scale, store3_f64
+from ...resampling.mis import CONTRIBUTION
+from ...resampling.options import SHADED, TARGET
+from ...resampling.resample import (
     MAX_CANDIDATES,
     TABLE_BYTES,
     put_candidate,
@@ -15,7 +15,7 @@ from .resample import (
     total_confidence,
     weight_of,
 )
-from .reservoir import RESERVOIR, UNKNOWN, clear, copy_sample, reservoir_at
+from ...resampling.reservoir import RESERVOIR, UNKNOWN, clear, copy_sample, reservoir_at
 from .target import (
     DARK,
     add9,

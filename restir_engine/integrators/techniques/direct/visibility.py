@@ -6,11 +6,11 @@ f·V̄·W: no bias where p̂ is proportional to f, and less noise. With coloured
 of shadows, which one reservoir for each channel avoids.
 """
 
-from ...kernels.core.jit import device, inlined
-from ...kernels.core.vec import add, load3_f64, scale
-from .options import ESTIMATED, REUSED
-from .resample import weight_of
-from .reservoir import UNKNOWN
+from ....kernels.core.jit import device, inlined
+from ....kernels.core.vec import add, load3_f64, scale
+from ...resampling.options import ESTIMATED, REUSED
+from ...resampling.resample import weight_of
+from ...resampling.reservoir import UNKNOWN
 
 
 @inlined

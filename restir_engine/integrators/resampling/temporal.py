@@ -9,13 +9,7 @@ from ...kernels.core import rng
 from ...kernels.core.jit import device, kernel
 from ...kernels.core.vec import vec
 from ...kernels.path.state import FAR
-from .mis import BALANCE, CONTRIBUTION
-from .motion import pixel_before, place_before, source_before, source_now
-from .neighbours import similar
-from .options import BEFORE
-from .resample import choose, contribution_of, needs_from, put_from, weigh
-from .reservoir import clear, reservoir_at
-from .reuse import (
+from ..techniques.direct.shift import (
     RESERVOIR_BYTES,
     WORK_TABLE,
     leave_light,
@@ -25,7 +19,13 @@ from .reuse import (
     settle,
     target_at,
 )
-from .target import point_at
+from ..techniques.direct.target import point_at
+from .mis import BALANCE, CONTRIBUTION
+from .motion import pixel_before, place_before, source_before, source_now
+from .neighbours import similar
+from .options import BEFORE
+from .resample import choose, contribution_of, needs_from, put_from, weigh
+from .reservoir import clear, reservoir_at
 
 STREAM = 1
 DIM_CHOICE = 1

@@ -1,0 +1,1 @@
+"""Resampling in space and time, written once for all techniques: reservoirs, MIS weights, neighbours, motion."""
