@@ -45,9 +45,9 @@ def lanterns(lamps: int, glowing: bool, size: int):
             b.add(CUBE, emission_program(color), scaled(matrix(tuple(place)), 0.02, 0.02, 0.02))
             continue
         color = random.uniform(0.05, 1.0, 3) ** 2 * 1500.0 / lamps
-        b.lamp(point_lamp(matrix(tuple(place)), color, 0.02, visibility=RAY_ALL & ~RAY_CAMERA))
+        b.lamp(point_lamp(matrix(tuple(place)), color, 0.02, seen_by=RAY_ALL & ~RAY_CAMERA))
     scene = b.finish(view(0, size))
-    scene.instances["visibility"][scene.instances["lights"] >= 0] &= ~RAY_CAMERA
+    scene.instances["seen_by"][scene.instances["lights"] >= 0] &= ~RAY_CAMERA
     return scene
 
 

@@ -33,7 +33,7 @@ def _lamp(
     matrix,
     *,
     material: int = -1,
-    visibility: int = RAY_ALL,
+    seen_by: int = RAY_ALL,
     max_bounces: int = 1024,
     casts_shadow: bool = True,
     hittable: bool = True,
@@ -50,7 +50,7 @@ def _lamp(
         matrix[:, axis] = 1e-6 * np.eye(3)[axis]
     record["kind"] = kind
     record["material"] = material
-    record["visibility"] = visibility
+    record["seen_by"] = seen_by
     record["max_bounces"] = max_bounces
     record["object_index"] = object_index
     record["key"] = key

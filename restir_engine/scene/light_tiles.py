@@ -8,7 +8,7 @@ import numpy as np
 
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
-from ..kernels.lights.shine import FIELDS, LANES
+from ..kernels.lights.tile_weights import FIELDS, LANES
 from ..kernels.lights.tiles import fill_tiles, sample_tiles
 
 SIZE, CANDIDATES = 1024, 64
@@ -33,8 +33,8 @@ class LightTiles:
     """Makes a committed scene's light samples resampled ones, as long as this object lives and until `release`, after
     which light samples are drawn for their receivers again.
 
-    `entries` are TILE_ENTRY (tiles, size), `shines` float32 (tiles, groups, shine.FIELDS, shine.LANES) of the same
-    points. Before each frame all tiles are to be filled. A later commit of the scene needs another object.
+    `entries` are TILE_ENTRY (tiles, size), `emission` float32 (tiles, groups, FIELDS, LANES) of the same points.
+    Before each frame all tiles are to be filled. A later commit of the scene needs another object.
 
     Raises ValueError where size is no multiple of LANES.
     """
@@ -46,13 +46,13 @@ class LightTiles:
         if size % LANES or not groups:
             raise ValueError(f"a tile's size must be a multiple of {LANES}, not {size}")
         self.entries = np.zeros((tiles, size), rec.TILE_ENTRY)
-        self.shines = np.zeros((tiles, groups, FIELDS, LANES), np.float32)
+        self.emission = np.zeros((tiles, groups, FIELDS, LANES), np.float32)
         self._lamps = np.concatenate([[0.0], np.cumsum(scene.lights.weights)])
         if self._lamps[-1] > 0.0:
             self._lamps /= self._lamps[-1]
         self._record = np.zeros(1, rec.LIGHT_TILES)
         record = self._record[0]
-        record["entries"], record["shines"] = address(self.entries), address(self.shines)
+        record["entries"], record["emission"] = address(self.entries), address(self.emission)
         record["n_tiles"], record["groups"] = tiles, groups
         record["candidates"] = min(candidates, size)
         record["lamp_cdf"] = address(self._lamps)

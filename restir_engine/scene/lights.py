@@ -10,7 +10,7 @@ from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
 from ..kernels.lights.entries import light_entries
-from ..kernels.lights.points import place_entries
+from ..kernels.lights.points import point_entries
 from .lamps import LUMINANCE
 
 # Lamps are weighed against each other at every point that is lit; more than this number in clusters.
@@ -109,8 +109,8 @@ class LightTable:
     def prepare_reuse(self, scene) -> None:
         """Let kernels place points of lights again (kernels.lights.points); after the scene's commit."""
         emits = ((scene.shaders.materials["flags"] & rec.MATERIAL_EMITS) != 0).any()
-        entries = place_entries(np.unique(self.lamps["kind"]), bool(emits), scene.world.material >= 0)
-        self._share(self._record[0], "places", entries)
+        entries = point_entries(np.unique(self.lamps["kind"]), bool(emits), scene.world.material >= 0)
+        self._share(self._record[0], "point_entries", entries)
 
     def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
         record[field] = address(array)
@@ -139,7 +139,7 @@ class LightTable:
         if n > _FEW:
             self._commit_clusters(lamps, [*bounds, n] if len(suns) else bounds)
         flags, radii = lamps["flags"], lamps["radius"]
-        seen = ((flags & rec.LIGHT_HITTABLE) != 0) | ((lamps["visibility"] & rec.RAY_CAMERA) != 0)
+        seen = ((flags & rec.LIGHT_HITTABLE) != 0) | ((lamps["seen_by"] & rec.RAY_CAMERA) != 0)
         found = np.flatnonzero(seen & ((flags & rec.LIGHT_DELTA) == 0) & (lamps["kind"] != rec.LIGHT_SUN))
         # Rounding far from the lamp must not make it smaller.
         targets = np.column_stack([lamps["center"], (radii * (1.0 + 1e-6) + 1e-9) ** 2, np.arange(n)])[found]

@@ -119,13 +119,13 @@ class Scene:
         return Placed(mask, transform, vertices=moved(mesh.vertices, matrix), triangles=mesh.triangles)
 
     def _instance_masks(self) -> np.ndarray:
-        """Embree masks: visibility, with shadow rays told apart by whether a material lets them through."""
+        """Embree masks: the rays that see each, with shadow rays told apart by whether a material lets them through."""
         transparent = self._have_flag(rec.MATERIAL_TRANSPARENT | self._hideable())
         self._record[0]["flags"] = rec.SCENE_HAS_TRANSPARENT if transparent.any() else 0
-        visibility = self.instances["visibility"] & rec.RAY_ALL
-        shadow = (visibility & rec.RAY_SHADOW) != 0
+        seen_by = self.instances["seen_by"] & rec.RAY_ALL
+        shadow = (seen_by & rec.RAY_SHADOW) != 0
         shadow_bits = np.where(transparent, rec.RAY_SHADOW_TRANSPARENT, rec.RAY_SHADOW_OPAQUE)
-        return (visibility & ~rec.RAY_SHADOW) | np.where(shadow, shadow_bits, 0)
+        return (seen_by & ~rec.RAY_SHADOW) | np.where(shadow, shadow_bits, 0)
 
     def _hideable(self) -> int:
         """MATERIAL_MEDIUM where media differ in priority: shadow rays inside one pass boundaries of others."""

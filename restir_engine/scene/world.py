@@ -30,7 +30,7 @@ class World:
     """
 
     material: int = -1
-    visibility: int = rec.RAY_ALL
+    seen_by: int = rec.RAY_ALL
     map_width: int = 0
     max_bounces: int = 1024
     casts_shadow: bool = True
@@ -58,7 +58,7 @@ class World:
         """Bake the map where the program is new, and put the world into the scene's record."""
         record = scene.record
         record["world_material"] = self.material
-        record["world_visibility"] = self.visibility
+        record["world_seen_by"] = self.seen_by
         record["world_table"] = address(self._record)
         table = self._record[0]
         table["max_bounces"] = self.max_bounces

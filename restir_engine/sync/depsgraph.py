@@ -22,7 +22,7 @@ from .identity import name_key, numbered
 from .lights import sync_light
 from .materials import Materials
 from .mesh import add_attributes, read_mesh, readable
-from .objects import instance_flags, instancer_values, name_random, property_value, ray_visibility
+from .objects import instance_flags, instancer_values, name_random, property_value, rays_that_see
 from .world import sync_world
 
 
@@ -57,7 +57,7 @@ class _Placed:
     mesh: int
     materials: int = 0
     n_materials: int = 0
-    visibility: int = 0
+    seen_by: int = 0
     flags: int = 0
     object_index: int = 0
     key: int = 0
@@ -118,7 +118,7 @@ class _Reader:
         if index is None:
             index = self._by_key[key] = self._first(instance, item, data)
         if index == _LIGHT:
-            sync_light(self.scene, instance, self.materials, ray_visibility(instance, self.view_layer))
+            sync_light(self.scene, instance, self.materials, rays_that_see(instance, self.view_layer))
             return 0
         return index
 
@@ -133,8 +133,8 @@ class _Reader:
         return len(self._placed) - 1
 
     def _place(self, instance, item, data) -> _Placed | None:
-        visibility = ray_visibility(instance, self.view_layer)
-        if not visibility:
+        seen_by = rays_that_see(instance, self.view_layer)
+        if not seen_by:
             return None
         if not isinstance(data, bpy.types.Mesh):
             note_unsupported(item, self.scene.warnings)
@@ -150,7 +150,7 @@ class _Reader:
             mesh=mesh,
             materials=self._slot_start(materials),
             n_materials=len(materials),
-            visibility=visibility,
+            seen_by=seen_by,
             flags=flags,
             object_index=item.pass_index,
             key=name_key(instance),
@@ -247,7 +247,7 @@ class _Reader:
             key=np.where(is_instance, numbered(of_object("key"), self._persistent_ids[chosen]), of_object("key")),
             **{
                 name: of_object(name)
-                for name in ("materials", "n_materials", "visibility", "flags", "object_index", "color", "terminator")
+                for name in ("materials", "n_materials", "seen_by", "flags", "object_index", "color", "terminator")
             },
         )
         self._attach_attributes(which, chosen)

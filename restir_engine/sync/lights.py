@@ -11,10 +11,10 @@ from .identity import identity
 _DIAMETERS = {"SQUARE": (False, False), "RECTANGLE": (False, True), "DISK": (True, False), "ELLIPSE": (True, True)}
 
 
-def sync_light(scene, instance, materials, visibility: int) -> None:
+def sync_light(scene, instance, materials, seen_by: int) -> None:
     """Add the light of an entry of `depsgraph.object_instances` to the scene.
 
-    visibility: RAY_* bits of the rays that see the object; materials: compiles the light's node tree.
+    seen_by: RAY_* bits of the rays that see the object; materials: compiles the light's node tree.
     """
     item = instance.object
     light = item.data
@@ -32,7 +32,7 @@ def sync_light(scene, instance, materials, visibility: int) -> None:
     strength, material = _with_program(scene, light, materials, strength)
     common = {
         "material": material,
-        "visibility": visibility,
+        "seen_by": seen_by,
         "max_bounces": getattr(settings, "max_bounces", 1024),
         "casts_shadow": light.use_shadow,
         "hittable": getattr(settings, "use_multiple_importance_sampling", True),

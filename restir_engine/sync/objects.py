@@ -27,17 +27,17 @@ RAY_VISIBILITY = {
 }
 
 
-def ray_visibility(instance, view_layer) -> int:
+def rays_that_see(instance, view_layer) -> int:
     """RAY_* bits of the rays that see an entry of `depsgraph.object_instances`: what it and its instancer allow."""
     owner = instance.instance_object if instance.is_instance else instance.object
-    visibility = _flags(owner or instance.object)
+    seen_by = _flags(owner or instance.object)
     parent = instance.parent
     if parent is not None and parent != owner:
-        visibility &= _flags(parent)
+        seen_by &= _flags(parent)
     # Indirect Only and Holdout of a collection belong to the view layer, which knows the original object.
     if instance.object.original.indirect_only_get(view_layer=view_layer):
-        visibility &= ~RAY_CAMERA
-    return visibility
+        seen_by &= ~RAY_CAMERA
+    return seen_by
 
 
 def _flags(owner) -> int:

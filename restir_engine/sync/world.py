@@ -40,7 +40,7 @@ def sync_world(scene, depsgraph, materials) -> None:
     if visibility is not None:
         for name, bits in _VISIBILITY.items():
             if not getattr(visibility, name, True):
-                target.visibility &= ~bits
+                target.seen_by &= ~bits
     if target.material < 0 or not scene.shaders[target.material].flags & rec.MATERIAL_VARYING_EMISSION:
         return
     method = getattr(settings, "sampling_method", "AUTOMATIC")

@@ -46,11 +46,11 @@ def plane_kernel(scene, scratch, size, extent, samples, out):
         store_f64(out, pixel, total / samples)
 
 
-def read_lights(scene: Scene, visibility: int) -> Scene:
+def read_lights(scene: Scene, seen_by: int) -> Scene:
     materials = Materials(scene)
     for instance in bpy.context.evaluated_depsgraph_get().object_instances:
         if instance.object.type == "LIGHT":
-            sync_light(scene, instance, materials, visibility)
+            sync_light(scene, instance, materials, seen_by)
     return scene
 
 
@@ -193,7 +193,7 @@ def test_light_settings(stage):
     scene = read_lights(Scene(), 5)
     lamp = scene.lights.lamps[0]
     assert lamp["max_bounces"] == 3
-    assert lamp["visibility"] == 5
+    assert lamp["seen_by"] == 5
     assert lamp["flags"] == 2  # no shadow, not found by rays
     light.cycles.is_portal = True
     light.update_tag()

@@ -172,7 +172,7 @@ def test_visibility(stage):
         setattr(nobody, f"visible_{name}", False)
     scene = probe.rendered_scene()
     everyone = rec.RAY_CAMERA | rec.RAY_DIFFUSE | rec.RAY_GLOSSY | rec.RAY_TRANSMIT | rec.RAY_VOLUME | rec.RAY_SHADOW
-    missing = {int(row["location"][0]): everyone & ~int(row["visibility"]) for row in scene.instances}
+    missing = {int(row["location"][0]): everyone & ~int(row["seen_by"]) for row in scene.instances}
     assert missing == {
         0: rec.RAY_CAMERA,
         1: rec.RAY_DIFFUSE,
@@ -193,7 +193,7 @@ def test_instancers_restrict_what_sees_their_instances(stage):
         empty.visible_camera = visible
         bpy.context.scene.collection.objects.link(empty)
     scene = probe.rendered_scene()
-    seen = {row["location"][0]: bool(row["visibility"] & rec.RAY_CAMERA) for row in scene.instances}
+    seen = {row["location"][0]: bool(row["seen_by"] & rec.RAY_CAMERA) for row in scene.instances}
     assert seen == {-2.0: True, 2.0: False}
     assert_same_picture()
 
@@ -213,7 +213,7 @@ def test_view_layer(stage):
     rows = {int(row["location"][0]): row for row in scene.instances}
     assert sorted(rows) == [1, 2, 3, 8]
     assert [bool(rows[x]["flags"] & rec.INSTANCE_HOLDOUT) for x in (1, 2, 3, 8)] == [True, False, False, True]
-    assert [bool(rows[x]["visibility"] & rec.RAY_CAMERA) for x in (1, 2, 3, 8)] == [True, False, True, True]
+    assert [bool(rows[x]["seen_by"] & rec.RAY_CAMERA) for x in (1, 2, 3, 8)] == [True, False, True, True]
 
 
 def test_object_info(stage):

@@ -43,6 +43,6 @@ def mesh_scene(vertices, triangles, program: Program, matrices=None) -> Scene:
     matrices = [matrix()] if matrices is None else matrices
     matrices = np.stack([np.asarray(m).reshape(12) for m in matrices])
     scene.material_slots = np.zeros(1, np.int32)
-    scene.instances = build_instances(matrices, np.zeros(len(matrices), int), n_materials=1, visibility=rec.RAY_ALL)
+    scene.instances = build_instances(matrices, np.zeros(len(matrices), int), n_materials=1, seen_by=rec.RAY_ALL)
     scene.commit()
     return scene

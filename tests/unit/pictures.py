@@ -67,27 +67,27 @@ class Builder:
         self._placed: list[tuple[np.ndarray, int, int, int]] = []
         self._meshes: dict[int, int] = {}
 
-    def add(self, shape, material: Program, place, visibility: int = rec.RAY_ALL) -> int:
+    def add(self, shape, material: Program, place, seen_by: int = rec.RAY_ALL) -> int:
         """Place a mesh; the index of its instance."""
         index = self._meshes.get(id(shape))
         if index is None:
             index = self._meshes[id(shape)] = len(self.scene.meshes)
             self.scene.meshes.append(Mesh(*(np.asarray(a) for a in shape)))
-        self._placed.append((np.asarray(place).reshape(12), index, self.scene.shaders.add(material), visibility))
+        self._placed.append((np.asarray(place).reshape(12), index, self.scene.shaders.add(material), seen_by))
         return len(self._placed) - 1
 
     def lamp(self, lamp) -> None:
         self.scene.lights.add(lamp)
 
     def finish(self, camera: Camera) -> Scene:
-        matrices, meshes, materials, visibility = zip(*self._placed, strict=True)
+        matrices, meshes, materials, seen_by = zip(*self._placed, strict=True)
         self.scene.material_slots = np.array(materials, np.int32)
         self.scene.instances = build_instances(
             np.stack(matrices),
             np.array(meshes),
             n_materials=1,
             materials=np.arange(len(meshes)),
-            visibility=np.array(visibility),
+            seen_by=np.array(seen_by),
         )
         self.scene.camera = camera
         self.scene.commit()
@@ -141,19 +141,19 @@ def _world(b: Builder) -> None:
 
 def _textured_area(b: Builder) -> None:
     material = b.scene.shaders.add(checkered((2.0, 0.2, 0.1), (0.1, 0.5, 2.0), 5.0))
-    b.lamp(area_lamp(ABOVE, (40.0, 40.0, 40.0), 1.2, 0.8, material=material, visibility=UNSEEN))
+    b.lamp(area_lamp(ABOVE, (40.0, 40.0, 40.0), 1.2, 0.8, material=material, seen_by=UNSEEN))
 
 
 WHITE = np.ones(3)
 LIGHTS = {
     "area": _textured_area,
     "point": lambda b: [
-        b.lamp(point_lamp(matrix((-1.2, -0.8, 1.0)), 30.0 * WHITE, 0.25, visibility=UNSEEN)),
-        b.lamp(point_lamp(matrix((1.0, 0.2, 1.6)), (30.0, 5.0, 5.0), 0.2, soft=False, visibility=UNSEEN)),
+        b.lamp(point_lamp(matrix((-1.2, -0.8, 1.0)), 30.0 * WHITE, 0.25, seen_by=UNSEEN)),
+        b.lamp(point_lamp(matrix((1.0, 0.2, 1.6)), (30.0, 5.0, 5.0), 0.2, soft=False, seen_by=UNSEEN)),
         b.lamp(point_lamp(matrix((0.2, -1.0, 1.2)), (5.0, 20.0, 5.0), 0.0)),
     ],
     "spot": lambda b: [
-        b.lamp(spot_lamp(ABOVE, 120.0 * WHITE, 0.2, 0.9, 0.4, visibility=UNSEEN)),
+        b.lamp(spot_lamp(ABOVE, 120.0 * WHITE, 0.2, 0.9, 0.4, seen_by=UNSEEN)),
         b.lamp(spot_lamp(BESIDE, (10.0, 30.0, 60.0), 0.0, 0.8, 0.2)),
     ],
     "sun": lambda b: [b.lamp(sun_lamp(ABOVE, 3.0 * WHITE, 0.1)), b.lamp(sun_lamp(BESIDE, (0.2, 0.5, 1.0), 0.0))],
@@ -168,7 +168,7 @@ def _many_lights(b: Builder) -> None:
     for color, (x, y, z) in zip(
         random.random((40, 3)), random.random((40, 3)) * [3, 3, 1] + [-1.5, -1.8, 0.9], strict=True
     ):
-        b.lamp(point_lamp(matrix((x, y, z)), 3.0 * color, 0.05, visibility=UNSEEN))
+        b.lamp(point_lamp(matrix((x, y, z)), 3.0 * color, 0.05, seen_by=UNSEEN))
 
 
 LIGHTS["many"] = _many_lights

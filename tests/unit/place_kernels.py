@@ -41,7 +41,7 @@ def keep_kernel(scene, scratch, x, y, z, seed, n, points, out):
 
 @kernel
 def place_kernel(scene, scratch, x, y, z, points, n, out):
-    """Points as they light (x, y, z): [wi, distance, radiance, flags, pdf, visibility, placed] each."""
+    """Points as they light (x, y, z): [wi, distance, radiance, flags, pdf, seen_by, placed] each."""
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
     put(sp.p, (x, y, z))
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
@@ -57,7 +57,7 @@ def place_kernel(scene, scratch, x, y, z, points, n, out):
             store3_f64(out, 11 * i + 4, vec(ls.radiance))
             store_f64(out, 11 * i + 7, float(ls.flags))
             store_f64(out, 11 * i + 8, ls.pdf)
-            store_f64(out, 11 * i + 9, float(ls.visibility))
+            store_f64(out, 11 * i + 9, float(ls.seen_by))
             store_f64(out, 11 * i + 10, 1.0)
 
 

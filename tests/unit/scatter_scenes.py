@@ -46,7 +46,7 @@ def scatter_scene(mesh: Mesh, program: Program, lamps=(), sky=0.0, others=()) ->
     scene.meshes = [item for item, _ in objects]
     scene.material_slots = np.array([scene.shaders.add(item) for _, item in objects], np.int32)
     places, index = np.tile(matrix().reshape(1, 12), (len(objects), 1)), np.arange(len(objects))
-    scene.instances = build_instances(places, index, materials=index, n_materials=1, visibility=rec.RAY_ALL)
+    scene.instances = build_instances(places, index, materials=index, n_materials=1, seen_by=rec.RAY_ALL)
     if len(lamps):
         scene.lights.lamps = np.concatenate(lamps)
     if np.any(sky):

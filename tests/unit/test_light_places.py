@@ -131,7 +131,7 @@ def test_directions_keep_their_precision():
 
 
 def test_limits_hold_for_points():
-    lamp = point_lamp(ABOVE, WHITE, 0.5, visibility=rec.RAY_ALL & ~rec.RAY_GLOSSY, casts_shadow=False)
+    lamp = point_lamp(ABOVE, WHITE, 0.5, seen_by=rec.RAY_ALL & ~rec.RAY_GLOSSY, casts_shadow=False)
     scene = lamp_scene(lamp)
     points, _ = keep(scene, (0, 0, 0), 4)
     placed = place(scene, (0, 0, 0), points)

@@ -11,7 +11,7 @@ from test_lights import LAMPS, WHITE
 from tile_kernels import from_tiles, resample
 
 from restir_engine.kernels.core import records as rec
-from restir_engine.kernels.lights import shine
+from restir_engine.kernels.lights import tile_weights
 from restir_engine.scene.lamps import point_lamp, sun_lamp
 from restir_engine.scene.light_tiles import LightTiles
 from restir_engine.scene.world import World
@@ -140,5 +140,5 @@ def test_a_dark_estimate_does_not_hide_a_light():
     scene.commit()
     tiles = LightTiles(scene, 2, 64)
     tiles.fill(1, scratch_memory())
-    assert (tiles.shines[:, :, shine.POWER : shine.POWER + 3] > 0.0).all()
+    assert (tiles.emission[:, :, tile_weights.POWER : tile_weights.POWER + 3] > 0.0).all()
     assert (tiles.entries["primitive"] == rec.POINT_ON_LAMP).all()

@@ -251,7 +251,7 @@ def test_many_lamps():
 
 
 def test_visibility_and_bounces():
-    lamp = point_lamp(ABOVE, WHITE, 0.5, visibility=rec.RAY_ALL & ~rec.RAY_DIFFUSE, max_bounces=0, casts_shadow=False)
+    lamp = point_lamp(ABOVE, WHITE, 0.5, seen_by=rec.RAY_ALL & ~rec.RAY_DIFFUSE, max_bounces=0, casts_shadow=False)
     scene = lamp_scene(lamp)
     assert not seen(scene, (0, 0, 0), [UP], rec.RAY_DIFFUSE | rec.RAY_REFLECT).any()
     assert seen(scene, (0, 0, 0), [UP], rec.RAY_GLOSSY | rec.RAY_REFLECT).all()

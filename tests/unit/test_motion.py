@@ -56,7 +56,7 @@ def a_scene(matrices, keys, meshes=None, lamps=(), camera=None) -> Scene:
         np.stack([np.asarray(m).reshape(12) for m in matrices]),
         np.arange(len(matrices)) % len(scene.meshes),
         n_materials=1,
-        visibility=rec.RAY_ALL,
+        seen_by=rec.RAY_ALL,
         key=np.array(keys),
     )
     for lamp in lamps:

@@ -21,7 +21,7 @@ def floor(*fogs) -> Builder:
     b.add(QUAD, diffuse((0.7, 0.6, 0.5)), scaled(matrix(), 3.0, 3.0, 1.0))
     for place in fogs:
         cube(b, medium(absorption=(1.5, 2.0, 3.0)), place, 0.25)
-    b.lamp(area_lamp(matrix((0.3, 0.2, 2.0)), 12.0 * np.ones(3), 0.4, 0.4, key=1, visibility=UNSEEN))
+    b.lamp(area_lamp(matrix((0.3, 0.2, 2.0)), 12.0 * np.ones(3), 0.4, 0.4, key=1, seen_by=UNSEEN))
     return b
 
 

@@ -86,7 +86,7 @@ def test_world_that_is_not_sampled():
     scene = world_scene(0)
     assert not draw(scene, (0, 0, 0), 20)[:, 0].any()
     np.testing.assert_allclose(seen(scene, (0, 0, 0), [UP])[0], [2.0, 2.0, 2.0, 0.0])
-    scene = world_scene(visibility=rec.RAY_ALL & ~rec.RAY_CAMERA)
+    scene = world_scene(seen_by=rec.RAY_ALL & ~rec.RAY_CAMERA)
     assert not seen(scene, (0, 0, 0), [UP], rec.RAY_CAMERA)[0, :3].any()
 
 

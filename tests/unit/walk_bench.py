@@ -124,7 +124,7 @@ class Body:
         self.scene.meshes.append(Mesh(np.asarray(vertices), np.asarray(triangles), **mesh))
         material = self.scene.shaders.add(Program(flags=flags))
         matrix = np.eye(4) if matrix is None else np.asarray(matrix)
-        self.scene.instances = build_instances(matrix[None], [0], n_materials=1, visibility=rec.RAY_ALL)
+        self.scene.instances = build_instances(matrix[None], [0], n_materials=1, seen_by=rec.RAY_ALL)
         self.scene.material_slots = np.array([material], np.int32)
         self.scene.commit()
         self.table = np.zeros(rec.FILTER_TABLE_SIZE, np.float32)

@@ -28,8 +28,8 @@ FRAME = np.dtype(
         # float32 [9] by class of lobes: f of the sample in the reservoir as p̂ has it; after the last of candidates and
         # reuse the direct light. Each channel is that of its own reservoir, where there is one for each.
         ("light", np.int64),
-        ("guesses", np.int64),  # float32 [4]: kernels.lights.mean_visibility
-        ("variates", np.int64),  # float32 [3]: LIGHT_SAMPLE.variate of the candidates, times the guess
+        ("mean_visibilities", np.int64),  # float32 [4]: kernels.lights.mean_visibility
+        ("control_variates", np.int64),  # float32 [3]: LIGHT_SAMPLE.control_variate of the candidates, times the guess
     ]
 )
 TILE = 32  # pixels: closures of so many by so many pixels lie in one pool
@@ -38,9 +38,9 @@ hit_at = record_at(HIT)
 
 
 class Frame:
-    """Owner of what FRAME points to; `guesses`, float32 (height, width, 4), are one for all frames of a sequence."""
+    """Owner of what FRAME points to; a sequence has one `mean_visibilities`, float32 (height, width, 4)."""
 
-    def __init__(self, width: int, height: int, channels: int, guesses: np.ndarray, layers: int = 1) -> None:
+    def __init__(self, width: int, height: int, channels: int, mean_visibilities: np.ndarray, layers: int = 1) -> None:
         self.points = np.zeros((height, width), SHADING_POINT)
         self.points["instance"] = -1
         self.paths = np.zeros((height, width), PATH)
@@ -48,14 +48,14 @@ class Frame:
         self.pixels = np.zeros((height, width, channels), np.float32)
         self.hits = np.zeros((height, width), HIT)
         self.light = np.zeros((height, width, 9), np.float32)
-        self.guesses = guesses
-        self.variates = np.zeros((height, width, 3), np.float32)
+        self.mean_visibilities = mean_visibilities
+        self.control_variates = np.zeros((height, width, 3), np.float32)
         self.camera = np.zeros(1, CAMERA)
         self._pools: dict[tuple[int, int], np.ndarray] = {}
         self._record = np.zeros(1, FRAME)
         record = self._record[0]
         record["width"], record["height"], record["channels"] = width, height, channels
-        for name in ("points", "paths", "pixels", "hits", "light", "guesses", "variates"):
+        for name in ("points", "paths", "pixels", "hits", "light", "mean_visibilities", "control_variates"):
             record[name] = address(getattr(self, name))
         self.use_reservoirs(0)
 
@@ -93,5 +93,6 @@ class Frame:
     @property
     def bytes(self) -> int:
         """Memory that the frame takes."""
-        arrays = [self.points, self.paths, self.pixels, self.hits, self.light, self.guesses, self.variates]
+        arrays = [self.points, self.paths, self.pixels, self.hits, self.light]
+        arrays += [self.mean_visibilities, self.control_variates]
         return sum(array.nbytes for array in [*arrays, *self._reservoirs, *self._pools.values()])

@@ -2,9 +2,9 @@
 
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined, kernel
-from ...kernels.core.memory import load_i64, record_address, store_f32, store_i64
+from ...kernels.core.memory import copy_words, record_address, store_f32
 from ...kernels.core.records import CLOSURE, PATH, SCRATCH_PATH, SHADING_POINT, closure_at, path_at, shading_point_at
-from ...kernels.lights.mean_visibility import GUESS_BYTES
+from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
 from ...kernels.lobes import bsdf_has_eval
 from ...kernels.lobes.closure import LOBE_SUBSURFACE
 from ...kernels.path.state import start_path
@@ -12,13 +12,6 @@ from ..path import ENDS, SHADES, arrive, bounce, tile_point, trace_ray
 
 POINT_WORDS, PATH_WORDS, CLOSURE_BYTES = SHADING_POINT.itemsize // 8, PATH.itemsize // 8, CLOSURE.itemsize
 CLOSURE_WORDS = CLOSURE_BYTES // 8
-
-
-@inlined
-def copy_words(to, source, words):
-    """Copy that many 8-byte words from one address to another."""
-    for k in range(words):
-        store_i64(to, k, load_i64(source, k))
 
 
 @device
@@ -60,7 +53,7 @@ def gbuffer_tile(scene, camera, integrator, film, frame, pool, capacity, scratch
             for k in range(frame.channels):
                 store_f32(pixel, k, 0.0)
             start_path(camera, integrator, scratch, pixel, rng.key(integrator.seed, x, y, 0), sample, x, y)
-            path.guess = frame.guesses + GUESS_BYTES * index
+            path.mean_visibility = frame.mean_visibilities + MEAN_VISIBILITY_BYTES * index
             kept = shading_point_at(frame.points, index)
             kept.instance = -1
             if not _first_vertex(scene, camera, integrator, film, scratch, path, sp):

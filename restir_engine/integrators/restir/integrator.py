@@ -59,8 +59,8 @@ class RestirIntegrator(Integrator):
 
     def _new_frame(self) -> Frame:
         film = self.film
-        guesses = self.passes.guesses_of(film.width, film.height)
-        return Frame(film.width, film.height, film.pixels.shape[2], guesses, len(self.passes.reuse))
+        mean_visibilities = self.passes.mean_visibilities_of(film.width, film.height)
+        return Frame(film.width, film.height, film.pixels.shape[2], mean_visibilities, len(self.passes.reuse))
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a frame."""

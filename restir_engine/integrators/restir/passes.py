@@ -80,15 +80,15 @@ class Passes:
         self.plan = plan
         channels = CHANNELS if plan.by_channel else (-1,)
         self.reuse = np.concatenate([reuse_record(channel=channel, **plan.options) for channel in channels])
-        self._guesses: np.ndarray | None = None
+        self._mean_visibilities: np.ndarray | None = None
         self._before: Before | None = None
         self._motion: tuple[Scene, Scene, Motion] | None = None
 
-    def guesses_of(self, width: int, height: int) -> np.ndarray:
+    def mean_visibilities_of(self, width: int, height: int) -> np.ndarray:
         """What lights.mean_visibility keeps of each pixel, float32 (height, width, 4); begun anew for another size."""
-        if self._guesses is None or self._guesses.shape[:2] != (height, width):
-            self._guesses = np.zeros((height, width, 4), np.float32)
-        return self._guesses
+        if self._mean_visibilities is None or self._mean_visibilities.shape[:2] != (height, width):
+            self._mean_visibilities = np.zeros((height, width, 4), np.float32)
+        return self._mean_visibilities
 
     def use_seed(self, seed: int) -> None:
         """Let this frame draw from its own random numbers."""

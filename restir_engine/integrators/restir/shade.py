@@ -1,7 +1,7 @@
 """The last steps of a frame: a reservoir's light is added, the path goes on, and the film takes the frame in."""
 
 from ...kernels.core.jit import inlined, kernel
-from ...kernels.core.memory import load_f32, record_address
+from ...kernels.core.memory import copy_words, load_f32, record_address
 from ...kernels.core.records import SCRATCH_CLOSURES, SCRATCH_PATH, path_at, shading_point_at
 from ...kernels.core.vec import mul, vec
 from ...kernels.film.contribute import add1
@@ -12,7 +12,7 @@ from ...kernels.volume.calls import media_around
 from ..path import ARRIVES, GOES_ON, bounce, tile_point, trace_path
 from ..resampling.frame import UNTRACED, hit_at
 from ..techniques.direct.target import load_light
-from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS, copy_words
+from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS
 
 
 @inlined

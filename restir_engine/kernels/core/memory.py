@@ -9,6 +9,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from .jit import inlined
+
 
 def address(array: np.ndarray | None) -> int:
     """Address of a C-contiguous array, or 0 for None and for an empty array."""
@@ -86,6 +88,13 @@ load_u32, store_u32 = _loader("u32"), _storer("u32")
 load_i64, store_i64 = _loader("i64"), _storer("i64")
 
 
+@inlined
+def copy_words(target, source, count):
+    """Copy `count` 64-bit words from one address to another, the first word first."""
+    for k in range(count):
+        store_i64(target, k, load_i64(source, k))
+
+
 def record_at(dtype: np.dtype):
     """An intrinsic `at(address, index)` that gives a reference to the index-th record of `dtype` at address."""
     from numba.np.numpy_support import from_dtype
@@ -152,4 +161,4 @@ def call_entry(typingctx, function, a, b, c, d, e):
     return types.void(*[types.int64] * 6), codegen
 
 
-__all__ = [name for name in globals() if not name.startswith("_") and name not in ("ir", "np", "types")]
+__all__ = [name for name in globals() if not name.startswith("_") and name not in ("ir", "np", "types", "inlined")]

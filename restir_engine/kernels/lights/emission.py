@@ -83,9 +83,9 @@ def world_point(scene, point, d):
 
 
 @inlined
-def visible_to(visibility, ray_flags):
+def visible_to(seen_by, ray_flags):
     """Whether a light or the world with these RAY_* bits is seen by a ray with those; glossy means reflection only."""
-    hidden = ray_flags & ~visibility
+    hidden = ray_flags & ~seen_by
     if hidden & (RAY_CAMERA | RAY_DIFFUSE | RAY_TRANSMIT | RAY_VOLUME):
         return False
     return not (hidden & RAY_GLOSSY and ray_flags & RAY_REFLECT)

@@ -25,7 +25,7 @@ from .sun import in_sun
 def _found_by(light, ray_flags):
     if ray_flags & RAY_CAMERA == 0 and light.flags & LIGHT_HITTABLE == 0:
         return False
-    return visible_to(light.visibility, ray_flags)
+    return visible_to(light.seen_by, ray_flags)
 
 
 @inlined
@@ -59,7 +59,7 @@ def sun_next(scene, d, first, ray_flags):
         return -1
     for i in range(max(first, light_table_at(scene.light_table, 0).n_local), scene.n_lights):
         light = light_at(scene.lights, i)
-        if light.flags & LIGHT_HITTABLE and visible_to(light.visibility, ray_flags) and in_sun(light, d):
+        if light.flags & LIGHT_HITTABLE and visible_to(light.seen_by, ray_flags) and in_sun(light, d):
             return i
     return -1
 

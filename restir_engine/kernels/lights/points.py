@@ -44,7 +44,7 @@ from ..core.vec import madd, vec
 from ..core.warp import octahedral, octahedral_direction
 from .area import area_uv, place_area
 from .ball import ball_coordinates, place_ball
-from .sample import shine
+from .sample import complete_sample
 from .sun import place_sun, sun_coordinates
 from .triangle import place_triangle
 from .world import place_world
@@ -68,15 +68,15 @@ def light_point(scene, sp, scratch, source, primitive, u, v):
         if sp.depth > light.max_bounces:
             return False
         ls.p[0], ls.p[1], ls.p[2] = sp.p[0], sp.p[1], sp.p[2]
-        call_entry(load_i64(table.places, light.kind), record_address(light), record_address(ls), 0, 0, 0)
+        call_entry(load_i64(table.point_entries, light.kind), record_address(light), record_address(ls), 0, 0, 0)
         factor = ls.radiance[0]
         if factor <= 0.0:
             return False
-        shine(scene, sp, scratch, source, light, factor, ls)
+        complete_sample(scene, sp, scratch, source, light, factor, ls)
     else:
         ls.instance = source
         ls.primitive = primitive
-        code = load_i64(table.places, _TRIANGLE if primitive >= 0 else _WORLD)
+        code = load_i64(table.point_entries, _TRIANGLE if primitive >= 0 else _WORLD)
         if code == 0:
             return False
         call_entry(code, record_address(scene), record_address(sp), scratch, 0, 0)
@@ -145,8 +145,8 @@ def _place_world(scene, sp, scratch, _a, _b):
 _LAMPS: tuple[Entry, ...] = (_place_ball, _place_ball, _place_area, _place_sun)
 
 
-def place_entries(kinds: Iterable[int], triangles: bool, world: bool) -> np.ndarray:
-    """The table LIGHT_TABLE.places for these LIGHT_* kinds, triangles that emit and the world; 0: not needed."""
+def point_entries(kinds: Iterable[int], triangles: bool, world: bool) -> np.ndarray:
+    """The table LIGHT_TABLE.point_entries for these LIGHT_* kinds, triangles that emit and the world; 0: not needed."""
     table = np.zeros(6, np.int64)
     for kind in kinds:
         table[kind] = _LAMPS[kind].address

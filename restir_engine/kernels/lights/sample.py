@@ -34,13 +34,13 @@ def _sample_lamp(scene, table, sp, scratch, u, ls):
     factor = ls.radiance[0]
     if factor <= 0.0:
         return False
-    shine(scene, sp, scratch, i, light, factor, ls)
+    complete_sample(scene, sp, scratch, i, light, factor, ls)
     ls.pdf *= probability
     return True
 
 
 @inlined
-def shine(scene, sp, scratch, index, light, factor, ls):
+def complete_sample(scene, sp, scratch, index, light, factor, ls):
     """Complete ls, whose geometry is that of a lamp's point, with what the lamp sends to sp from there."""
     radiance = scale(vec(light.strength), factor)
     if light.material >= 0:
@@ -52,7 +52,7 @@ def shine(scene, sp, scratch, index, light, factor, ls):
     ls.flags = (LIGHT_SAMPLE_DELTA if light.flags & LIGHT_DELTA else 0) | (
         LIGHT_SAMPLE_NO_SHADOW if light.flags & LIGHT_NO_SHADOW else 0
     )
-    ls.visibility = light.visibility
+    ls.seen_by = light.seen_by
     ls.instance = -1
     ls.primitive = -1
     put(ls.radiance, radiance)
@@ -80,12 +80,12 @@ def light_sample(scene, sp, scratch, u0, u1, u2):
     """Choose a light and a point or direction on it for sp.p, and fill the LIGHT_SAMPLE in scratch.
 
     u2 chooses the light, u0 and u1 the point; with tiles see `tiles`, where 1 / pdf is an estimate and not known for
-    other points: MIS goes by ls.mis_pdf. ls.variate counts even where there is no sample. Returns False where there is
-    nothing else to add: no light, a sample without density, or no radiance. Does not trace rays; ls.visibility says
-    which parts of the BSDF count.
+    other points: MIS goes by ls.mis_pdf. ls.control_variate counts even where there is no sample. Returns False where
+    there is nothing else to add: no light, a sample without density, or no radiance. Does not trace rays; ls.seen_by
+    says which parts of the BSDF count.
     """
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    put(ls.variate, (0.0, 0.0, 0.0))
+    put(ls.control_variate, (0.0, 0.0, 0.0))
     if scene.light_table == 0:
         return False
     table = light_table_at(scene.light_table, 0)

@@ -1,13 +1,13 @@
 """Light tiles: points of all lights, drawn by power once a frame, from which light samples are resampled.
 
-A tile is a list of TILE_ENTRY, stratified over the lights, in groups of `shine.LANES`. A light sample takes
+A tile is a list of TILE_ENTRY, stratified over the lights, in groups of `tile_weights.LANES`. A light sample takes
 `candidates` entries from the start of any group on and chooses one by about the light that it would send without
 shadow (RIS, algorithms of Talbot 2005 and Bitterli 2020; tiles: Wyman and Panteleev 2021). Its density is not known,
 only its contribution weight W, of expectation 1 / density: `ls.pdf` becomes 1 / W. What MIS weighs it by is the number
 of candidates times the density by which tiles draw the point, and the same for light that a ray of the BSDF finds (Lin
 et al. 2026, RIS-based NEE).
 
-Densities are in the measure of `places` unless solid angle is said.
+Densities are in the measure of light points unless solid angle is said.
 """
 
 import math
@@ -27,7 +27,7 @@ from ..core.records import (
     POINT_ON_WORLD,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_POINT,
-    SCRATCH_SHINE,
+    SCRATCH_TILE_WEIGHTS,
     emitter_at,
     emitter_group_at,
     instance_at,
@@ -51,10 +51,12 @@ from .emission import off_surface, run_emission, shadow_point, world_point
 from .points import light_point
 from .receiver import receiver_of
 from .select import lamp_share
-from .shine import (
+from .sun import sun_direction
+from .tile_weights import (
     GROUP_BYTES,
     LANES,
     face_of,
+    pick_lane,
     put_ball,
     put_chance,
     put_cone,
@@ -62,12 +64,10 @@ from .shine import (
     put_face,
     put_grid,
     put_power,
-    shine_diffuse,
-    shine_glossy,
-    shine_pick,
-    shine_sum,
+    sum_weights,
+    weigh_diffuse,
+    weigh_glossy,
 )
-from .sun import sun_direction
 from .triangle import even_barycentrics, place_even, triangle_vertices
 from .world import draw_world
 
@@ -93,21 +93,21 @@ def fill_tiles(scene, scratch, seed, first, last):
             e.pdf = 0.0
             e.primitive = POINT_NOWHERE
             e.size = 0.0
-            shines = tiles.shines + GROUP_BYTES * (tile * tiles.groups + i // LANES)
+            group = tiles.emission + GROUP_BYTES * (tile * tiles.groups + i // LANES)
             lane = i % LANES
             u = rng.sample1(key, i, 0)
             u0, u1 = rng.sample2(key, i, 1)
             if u < table.lamps:
-                _draw_lamp(scene, tiles, sp, scratch, u / table.lamps, u0, u1, e, shines, lane)
+                _draw_lamp(scene, tiles, sp, scratch, u / table.lamps, u0, u1, e, group, lane)
                 e.pdf *= table.lamps
             elif u < table.lamps + table.triangles:
-                _draw_triangle(scene, table, sp, scratch, (u - table.lamps) / table.triangles, u0, u1, e, shines, lane)
+                _draw_triangle(scene, table, sp, scratch, (u - table.lamps) / table.triangles, u0, u1, e, group, lane)
                 e.pdf *= table.triangles
             elif table.world > 0.0:
                 u = (u - table.lamps - table.triangles) / table.world
-                _draw_world(scene, sp, scratch, u, u0, u1, e, shines, lane)
+                _draw_world(scene, sp, scratch, u, u0, u1, e, group, lane)
                 e.pdf *= table.world
-            put_chance(shines, lane, e.pdf)
+            put_chance(group, lane, e.pdf)
 
 
 @device
@@ -125,7 +125,7 @@ def _lamp_at(cdf, n, u):
 
 
 @device
-def _draw_lamp(scene, tiles, sp, scratch, u, u0, u1, e, shines, lane):
+def _draw_lamp(scene, tiles, sp, scratch, u, u0, u1, e, group, lane):
     i = _lamp_at(tiles.lamp_cdf, scene.n_lights, u)
     light = light_at(scene.lights, i)
     e.source = i
@@ -140,12 +140,12 @@ def _draw_lamp(scene, tiles, sp, scratch, u, u0, u1, e, shines, lane):
         if light.flags & LIGHT_DELTA == 0:
             p = cone_at(p, light.p[3], x, y)
             size = 2.0 * math.pi * light.p[3]
-        put_direction(shines, lane, p)
+        put_direction(group, lane, p)
     elif light.kind == LIGHT_AREA:
         n = normal_of(light)
         if light.flags & LIGHT_DELTA:
             p = neg(n)
-            put_direction(shines, lane, p)
+            put_direction(group, lane, p)
         else:
             ellipse = light.flags & LIGHT_ELLIPSE != 0
             x, y = (0.5 + 0.5 * x, 0.5 + 0.5 * y) if ellipse else (u0, u1)
@@ -153,23 +153,23 @@ def _draw_lamp(scene, tiles, sp, scratch, u, u0, u1, e, shines, lane):
             p = madd(p, (light.p[0], light.p[1], light.p[2]), (x - 0.5) * light.p[3])
             p = madd(p, (light.p[4], light.p[5], light.p[6]), (y - 0.5) * light.p[7])
             if light.p[12] > 0.0:
-                put_grid(shines, lane, p, n, light.p[11], light.p[12])
+                put_grid(group, lane, p, n, light.p[11], light.p[12])
             else:
-                put_face(shines, lane, p, n, 0.0)
+                put_face(group, lane, p, n, 0.0)
     else:
         if light.flags & LIGHT_DELTA == 0:
             size = math.pi * light.radius * light.radius
         if light.kind == LIGHT_SPOT:
             n = spot_axis(light)
-            put_cone(shines, lane, p, n, light.radius, 1.0 - light.p[2], light.p[1])
+            put_cone(group, lane, p, n, light.radius, 1.0 - light.p[2], light.p[1])
         else:
-            put_ball(shines, lane, p, light.radius)
+            put_ball(group, lane, p, light.radius)
     e.u = x
     e.v = y
     power = scale(vec(light.strength), size)
     if light.material >= 0:
         power = mul(power, _lamp_color(scene, sp, scratch, i, light, p, n, x, y))
-    put_power(shines, lane, power)
+    put_power(group, lane, power)
 
 
 @device
@@ -195,12 +195,12 @@ def _at_least(emission, estimate):
 
 
 @device
-def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, shines, lane):
+def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, group, lane):
     i, u = alias_pick(table.emitter_alias, table.n_emitters, u)
     emitter = emitter_at(table.emitters, i)
-    group = emitter_group_at(table.groups, emitter.group)
-    i, u = alias_pick(group.alias, group.n, u)
-    primitive = load_i32(group.primitives, i)
+    triangles = emitter_group_at(table.groups, emitter.group)
+    i, u = alias_pick(triangles.alias, triangles.n, u)
+    primitive = load_i32(triangles.primitives, i)
     a, b, c = triangle_vertices(scene, emitter.instance, primitive)
     normal = cross(sub(b, a), sub(c, a))
     size = length(normal)
@@ -212,9 +212,9 @@ def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, shines, lane):
     e.primitive = primitive
     e.u = x
     e.v = y
-    e.pdf = emitter.probability * load_f32(group.probabilities, primitive)
+    e.pdf = emitter.probability * load_f32(triangles.probabilities, primitive)
     p = madd(madd(a, sub(b, a), x), sub(c, a), y)
-    put_face(shines, lane, p, n, 1.0)
+    put_face(group, lane, p, n, 1.0)
     placed = instance_at(scene.instances, emitter.instance)
     index = triangle_material(scene, placed, mesh_at(scene.meshes, placed.mesh), primitive)
     material = material_at(scene.materials, index)
@@ -230,20 +230,20 @@ def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, shines, lane):
     else:
         e.size = size
         put(e.p, p)
-    put_power(shines, lane, scale(estimate, 0.5 * size))
+    put_power(group, lane, scale(estimate, 0.5 * size))
 
 
 @device
-def _draw_world(scene, sp, scratch, u, u0, u1, e, shines, lane):
+def _draw_world(scene, sp, scratch, u, u0, u1, e, group, lane):
     d, pdf = draw_world(world_table_at(scene.world_table, 0), u0, u1, u)
     e.source = 0
     e.primitive = POINT_ON_WORLD
     e.u, e.v = octahedral(d)
     e.pdf = pdf
-    put_direction(shines, lane, d)
+    put_direction(group, lane, d)
     point = shadow_point(scratch, sp)
     world_point(scene, point, d)
-    put_power(shines, lane, _at_least(run_emission(scene, point), (0.0, 0.0, 0.0)))
+    put_power(group, lane, _at_least(run_emission(scene, point), (0.0, 0.0, 0.0)))
 
 
 # Choosing -----------------------------------------------------------------------------------------------
@@ -269,26 +269,26 @@ def choose_entry(scene, scratch, sp, u0, u1, u2):
     receiver = receiver_of(sp)
     glossy = receiver.gloss_scale > 0.0
     o = vec(sp.p)
-    out = scratch + SCRATCH_SHINE
+    out = scratch + SCRATCH_TILE_WEIGHTS
     total = 0.0
     chosen = -1
     weight = 0.0
     mean = color = (0.0, 0.0, 0.0)
     left = tiles.candidates
     while left > 0:
-        group = tiles.shines + GROUP_BYTES * (start + at)
+        group = tiles.emission + GROUP_BYTES * (start + at)
         if glossy:
-            shine_glossy(group, o, receiver, out)
+            weigh_glossy(group, o, receiver, out)
         else:
-            shine_diffuse(group, o, receiver, out)
+            weigh_diffuse(group, o, receiver, out)
         n = min(left, LANES)
-        c, w = shine_sum(out, n)
+        c, w = sum_weights(out, n)
         if w > 0.0:
             total += w
             p = w / total
             mean = add(mean, c)
             if u0 < p:
-                lane, u0 = shine_pick(out, n, u0 / p * w)
+                lane, u0 = pick_lane(out, n, u0 / p * w)
                 chosen = LANES * (start + at) + lane
                 color, weight = _sent(out, lane)
             else:
@@ -308,7 +308,7 @@ def _place(scene, sp, scratch, tiles, index, e, ls):
     """light_point for an entry e, the index-th; of a triangle that emits evenly no memory is read but the tile's."""
     if e.size == 0.0:
         return light_point(scene, sp, scratch, int(e.source), int(e.primitive), float(e.u), float(e.v))
-    n, power = face_of(tiles.shines + GROUP_BYTES * (index // LANES), index % LANES)
+    n, power = face_of(tiles.emission + GROUP_BYTES * (index // LANES), index % LANES)
     radiance = scale(power, 2.0 / e.size)
     source, primitive = int(e.source), int(e.primitive)
     return place_even(scene, sp, source, primitive, float(e.u), float(e.v), vec(e.p), n, float(e.size), radiance, ls)
@@ -322,7 +322,7 @@ def sample_tiles(scene, sp, scratch, _a, _b):
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     chosen, weight, variate = choose_entry(scene, scratch, sp, float(ls.uv[0]), float(ls.uv[1]), ls.distance)
     ls.pdf = 0.0
-    put(ls.variate, variate)
+    put(ls.control_variate, variate)
     if chosen < 0:
         return
     tiles = light_tiles_at(light_table_at(scene.light_table, 0).tiles, 0)
@@ -330,7 +330,7 @@ def sample_tiles(scene, sp, scratch, _a, _b):
     if not _place(scene, sp, scratch, tiles, chosen, e, ls):
         ls.pdf = 0.0
         return
-    # The point's own contribution weight by `places` is `weight` / e.pdf.
+    # The point's own contribution weight is `weight` / e.pdf.
     ls.point_pdf = ls.pdf
     ls.mis_pdf = tiles.candidates * e.pdf * ls.pdf
     ls.pdf *= e.pdf / weight

@@ -146,7 +146,7 @@ def put_point(scene, instance, primitive, u, v, p, d, t, radiance, ls):
     put(ls.radiance, radiance)
     ls.light = -1
     ls.flags = 0
-    ls.visibility = instance_at(scene.instances, instance).visibility
+    ls.seen_by = instance_at(scene.instances, instance).seen_by
     put(ls.wi, d)
     ls.distance = t
     put(ls.p, p)

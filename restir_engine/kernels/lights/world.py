@@ -126,7 +126,7 @@ def place_world(scene, sp, scratch, d, ls):
     put(ls.radiance, run_emission(scene, point))
     ls.light = -2
     ls.flags = LIGHT_SAMPLE_NO_SHADOW if table.no_shadow else 0
-    ls.visibility = scene.world_visibility
+    ls.seen_by = scene.world_seen_by
     ls.instance = -1
     ls.primitive = -1
     put(ls.wi, d)
@@ -162,7 +162,7 @@ def world_radiance(scene, scratch, sp, o, d):
     point itself.
     """
     flags = sp.ray_flags
-    if scene.world_material < 0 or not visible_to(scene.world_visibility, flags):
+    if scene.world_material < 0 or not visible_to(scene.world_seen_by, flags):
         return (0.0, 0.0, 0.0)
     if scene.world_table != 0 and sp.depth > world_table_at(scene.world_table, 0).max_bounces + 1:
         return (0.0, 0.0, 0.0)

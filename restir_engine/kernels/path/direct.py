@@ -15,7 +15,7 @@ from ..core.records import (
 from ..core.vec import is_black, mul, scale, vec
 from ..film.contribute import add3, add_light, add_scattered, clamp_contribution
 from ..lights import light_sample
-from ..lights.mean_visibility import LATER, guess, learn
+from ..lights.mean_visibility import LATER, learn, mean_visibility
 from ..lobes import bsdf_eval, bsdf_has_eval
 from ..lobes.closure import CLASS_GLOSSY, pass_class
 from .shadow import transmittance
@@ -45,7 +45,7 @@ def lobe_sum(f):
 
 
 @inlined
-def variate_class(sp):
+def control_variate_class(sp):
     """Nine floats as `add_direct` wants them, by which the variate of light tiles goes to one class of lobes.
 
     Its mean is 0, so that any class will do, as long as the sample has no say in it.
@@ -94,11 +94,11 @@ def _add_light_sample(scene, integrator, film, scratch, path, sp, index, part):
     u0 = rng.sample1(path.key, index & 0xFFFFFFFF, path.dimension + DIM_LIGHT)
     u1, u2 = rng.sample2(path.key, index & 0xFFFFFFFF, path.dimension + DIM_LIGHT_POINT)
     c, f = unshadowed(scene, scratch, sp, u0, u1, u2)
-    variate = vec(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0).variate)
+    variate = vec(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0).control_variate)
     if not is_black(variate):
         variate = mul(variate, vec(path.throughput))
-        variate = scale(variate, part * guess(path.guess, LATER))
-        add_direct(integrator, film, path, variate, variate_class(sp))
+        variate = scale(variate, part * mean_visibility(path.mean_visibility, LATER))
+        add_direct(integrator, film, path, variate, control_variate_class(sp))
     add_unless_shadowed(scene, integrator, film, scratch, path, sp, mul(scale(c, part), vec(path.throughput)), f)
 
 
@@ -113,7 +113,7 @@ def unshadowed(scene, scratch, sp, u0, u1, u2):
     if not light_sample(scene, sp, scratch, u1, u2, u0):
         return black, nothing
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
+    f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.seen_by)
     total = lobe_sum(f)
     if total[0] + total[1] + total[2] == 0.0 or ls.pdf <= 0.0:
         return black, nothing
@@ -131,6 +131,6 @@ def add_unless_shadowed(scene, integrator, film, scratch, path, sp, c, f):
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
         v = transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p))
-        learn(path.guess, LATER, v)
+        learn(path.mean_visibility, LATER, v)
         c = mul(c, v)
     add_direct(integrator, film, path, c, f)

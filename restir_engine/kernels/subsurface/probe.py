@@ -13,7 +13,7 @@ import math
 from ..core.fastmath import circle
 from ..core.jit import device, entry, inlined
 from ..core.memory import load_f32, load_f64, load_i64, load_u32, store_f64, store_i64, store_u32
-from ..core.records import SCRATCH_RAY, SCRATCH_SCATTER, instance_at
+from ..core.records import SCRATCH_RAY, instance_at, shared_area
 from ..core.vec import (
     cross,
     dot,
@@ -40,11 +40,6 @@ TOWARDS_SHARE, ANY_SHARE, NORMAL_SHARE, TANGENT_SHARE = 0.78, 0.08, 0.08, 0.03
 
 _STEEPEST = 1.0e-6  # cosine of the lines' angle with the normal that counts as a right one
 
-# In the working memory: the arguments of Embree's query, the context that its filter is given (with the number of hits
-# so far), and HIT float64 for each of them.
-ARGUMENTS = SCRATCH_SCATTER
-CONTEXT = SCRATCH_SCATTER + 64
-HITS = SCRATCH_SCATTER + 128
 MAX_HITS = 128
 _KEPT = 10  # float64 that note_hit fills, or leaves alone
 _FOUND = 2  # int64 index in the context, behind what Embree keeps there
@@ -53,6 +48,12 @@ _FOUND = 2  # int64 index in the context, behind what Embree keeps there
 # it, the weight (rgb), how often light was scattered, and whether the irradiance cache has lit it.
 H_T, H_PRIMITIVE, H_U, H_V, H_POINT, H_NORMAL, H_PDF, H_WEIGHT, H_EVENTS, H_LIT = 0, 1, 2, 3, 4, 7, 10, 11, 14, 15
 HIT = 16
+
+# In the working memory: the arguments of Embree's query, the context that its filter is given (with the number of hits
+# so far), and HIT float64 for each of them.
+ARGUMENTS = shared_area(128 + 8 * HIT * MAX_HITS)
+CONTEXT = ARGUMENTS + 64
+HITS = ARGUMENTS + 128
 
 _INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
 _ALL_FEATURES = 0xFFFFFFFF

@@ -245,7 +245,7 @@ def _direct_light(scene, integrator, film, scratch, path, sp, d):
     if not light_sample(scene, sp, scratch, u1, u2, u0):
         return
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    if not ls.visibility & RAY_VOLUME or ls.pdf <= 0.0:
+    if not ls.seen_by & RAY_VOLUME or ls.pdf <= 0.0:
         return
     wi = vec(ls.wi)
     f = phase_density(scratch + SCRATCH_MEDIA, dot(d, wi))

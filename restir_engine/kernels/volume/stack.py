@@ -5,7 +5,7 @@ highest priority count, and add up.
 """
 
 from ..core.jit import device, inlined
-from ..core.memory import load_i64, record_address, store_i64
+from ..core.memory import copy_words, load_i64, record_address, store_i64
 from ..core.records import (
     MAX_MEDIA,
     MAX_PHASES,
@@ -33,13 +33,6 @@ _HEAD = (MEDIUM.itemsize - 8 * MAX_PHASES * PHASE) // 8
 def entry_at(media, index):
     """The index-th MEDIUM of the MEDIA at an address."""
     return medium_at(media + _FIRST, index)
-
-
-@device
-def copy_words(source, target, count):
-    """Copy 64-bit words between addresses."""
-    for k in range(count):
-        store_i64(target, k, load_i64(source, k))
 
 
 @device
@@ -118,7 +111,7 @@ def leave(media, instance, material):
     m = media_at(media, 0)
     m.count -= 1
     source = record_address(entry_at(media, i))
-    copy_words(source + 8 * _WORDS, source, _WORDS * (m.count - i))
+    copy_words(source, source + 8 * _WORDS, _WORDS * (m.count - i))
     add_up(media)
 
 
@@ -138,7 +131,7 @@ def copy_for_shadow(scene, source, target):
     m.count = 0
     for i in range(media_at(source, 0).count):
         entry = entry_at(source, i)
-        if instance_at(scene.instances, entry.instance).visibility & RAY_SHADOW:
-            copy_words(record_address(entry), record_address(entry_at(target, m.count)), _HEAD)
+        if instance_at(scene.instances, entry.instance).seen_by & RAY_SHADOW:
+            copy_words(record_address(entry_at(target, m.count)), record_address(entry), _HEAD)
             m.count += 1
     add_up(target)

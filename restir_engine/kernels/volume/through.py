@@ -1,7 +1,7 @@
 """Shadow rays through media, and the media around a point."""
 
 from ..core.jit import device
-from ..core.memory import record_address
+from ..core.memory import copy_words, record_address
 from ..core.records import (
     MATERIAL_MEDIUM,
     MAX_MEDIA,
@@ -28,7 +28,7 @@ from ..path.state import FAR, inherit, next_after
 from ..shading.interpreter import shader_eval
 from .calls import goes_behind, is_hidden
 from .segment import decay
-from .stack import copy_for_shadow, copy_words, cross, enter, find
+from .stack import copy_for_shadow, cross, enter, find
 
 _POINT_WORDS = SHADING_POINT.itemsize // 8
 
@@ -44,7 +44,7 @@ def _second_point(scratch):
 @device
 def cross_at(scene, integrator, scratch, media, sp):
     """Go through the boundary at sp, which keeps its closures."""
-    copy_words(record_address(sp), scratch + SCRATCH_SHADOW_POINT, _POINT_WORDS)
+    copy_words(scratch + SCRATCH_SHADOW_POINT, record_address(sp), _POINT_WORDS)
     cross(scene, integrator, media, _second_point(scratch))
 
 

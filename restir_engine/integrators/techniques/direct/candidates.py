@@ -34,11 +34,11 @@ from ....kernels.core.records import (
     RAY_TRANSPARENT,
     SCENE_HAS_MEDIA,
     SCRATCH_LIGHT_SAMPLE,
-    SCRATCH_SCATTER,
     light_at,
     light_sample_at,
     material_at,
     path_at,
+    shared_area,
 )
 from ....kernels.core.vec import add, max3, mul, normalize, put, scale, store3_f32, vec
 from ....kernels.core.warp import octahedral
@@ -54,7 +54,7 @@ from ....kernels.lights import (
     sun_next,
     triangle_pdf,
 )
-from ....kernels.lights.mean_visibility import FIRST, guess, learn
+from ....kernels.lights.mean_visibility import FIRST, learn, mean_visibility
 from ....kernels.lights.world import world_pdf
 from ....kernels.lobes import (
     LABEL_SINGULAR,
@@ -76,12 +76,12 @@ from .target import (
     DARK,
     add9,
     brightness,
+    control_variate_at,
     integrand,
     masked,
     point_at,
     store_light,
     target_of_light,
-    variate_at,
     visibility,
 )
 from .visibility import keep
@@ -123,7 +123,7 @@ GROUPS = np.dtype(  # of what groups have kept
 )
 # A light sample; what the ray by the BSDF finds, behind something; and what it finds with nothing in its way.
 SAMPLED, FOUND, CLEAR = 0.0, 1.0, 2.0
-WORK_STREAMS = SCRATCH_SCATTER
+WORK_STREAMS = shared_area(3 * STREAM.itemsize + 3 * GROUPS.itemsize)
 WORK_GROUPS = WORK_STREAMS + 3 * STREAM.itemsize
 _stream_at = record_at(STREAM)
 _groups_at = record_at(GROUPS)
@@ -161,7 +161,7 @@ def _start_groups(scratch, layers, u):
 @inlined
 def _found_by_rays(scene, ls):
     """Whether the BSDF's directions find all that a light sends."""
-    if ls.flags & (LIGHT_SAMPLE_DELTA | LIGHT_SAMPLE_NO_SHADOW) or ls.visibility & LOBE_RAYS != LOBE_RAYS:
+    if ls.flags & (LIGHT_SAMPLE_DELTA | LIGHT_SAMPLE_NO_SHADOW) or ls.seen_by & LOBE_RAYS != LOBE_RAYS:
         return False
     return ls.light < 0 or light_at(scene.lights, ls.light).flags & LIGHT_HITTABLE != 0
 
@@ -205,14 +205,14 @@ def _light_candidate(scene, reuse, layers, scratch, sp, key, index, count):
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     u0, u1 = rng.sample2(key, index, _DIM_POINT)
     if light_sample(scene, sp, scratch, u0, u1, rng.sample1(key, index, _DIM_LIGHT)):
-        f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
+        f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.seen_by)
         ratio = pdf / (count * ls.mis_pdf) if _found_by_rays(scene, ls) else 0.0
         factor = 1.0 / (ls.pdf * count * (1.0 + ratio))
         keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, ratio, SAMPLED)
         if keepers:
             source, primitive, x, y = point_of_sample(scene, sp, ls)
             _keep(scratch, layers, keepers, source, primitive, x, y)
-    return scale(vec(ls.variate), 1.0 / count)
+    return scale(vec(ls.control_variate), 1.0 / count)
 
 
 @device
@@ -223,7 +223,7 @@ def _found(scene, reuse, layers, scratch, sp, count, origin, source, primitive, 
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     if not _found_by_rays(scene, ls):
         return
-    f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
+    f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.seen_by)
     factor = 1.0 / (count * light_pdf + pdf)
     keepers = _offer(reuse, layers, scratch, f, vec(ls.radiance), factor, 0.0, origin)
     _keep(scratch, layers, keepers, source, primitive, x, y)
@@ -330,7 +330,7 @@ def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, la
                 else:
                     v = visibility(scene, integrator, frame, scratch, pixel)
                 if stream.origin == SAMPLED:
-                    learn(path_at(frame.paths, pixel).guess, FIRST, v)
+                    learn(path_at(frame.paths, pixel).mean_visibility, FIRST, v)
             known = layer
         _take(reuse_at(reuse, layer), _groups(scratch, layer), stream, f, v)
 
@@ -383,7 +383,7 @@ def _settle(reuse, layers, frame, scratch, pixel, seed, last):
             keep(r, vec(groups.visibility))
             light = _nine(groups.f)
         if last != 0:
-            light = add9(_nine(groups.light), variate_at(frame, pixel, 1.0))
+            light = add9(_nine(groups.light), control_variate_at(frame, pixel, 1.0))
         store_light(frame, options, pixel, light)
 
 
@@ -394,7 +394,7 @@ def _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key
     apart = last != 0 or options.visibility == TARGET
     count = options.light_samples
     variate = (0.0, 0.0, 0.0)
-    expected = guess(path.guess, FIRST)
+    expected = mean_visibility(path.mean_visibility, FIRST)
     choice = rng.sample1(key, path.sample, _DIM_CHOICE)
     _start_streams(scratch, layers, choice)
     for i in range(count):
@@ -403,7 +403,7 @@ def _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key
         if apart:
             _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, last, True)
             _start_streams(scratch, layers, choice)
-    store3_f32(frame.variates, pixel, scale(variate, expected))
+    store3_f32(frame.control_variates, pixel, scale(variate, expected))
     hit = hit_at(frame.hits, pixel)
     _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, count)
     _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, last, False)
@@ -420,7 +420,7 @@ def candidates_tile(scene, integrator, reuse, layers, frame, scratch, x0, y0, x1
             pixel = y * frame.width + x
             sp = point_at(frame, pixel)
             hit_at(frame.hits, pixel).instance = UNTRACED
-            store3_f32(frame.variates, pixel, (0.0, 0.0, 0.0))
+            store3_f32(frame.control_variates, pixel, (0.0, 0.0, 0.0))
             path = path_at(frame.paths, pixel)
             key = rng.hash_combine(path.key, _CANDIDATES)
             _start_groups(scratch, layers, rng.sample1(key, path.sample, _DIM_GROUP))

@@ -2,7 +2,7 @@
 
 from ....kernels.core.jit import device, inlined
 from ....kernels.core.memory import load_i64, store_i64
-from ....kernels.core.records import SCRATCH_SCATTER
+from ....kernels.core.records import shared_area
 from ....kernels.core.vec import load3_f64, scale, store3_f64
 from ...resampling.mis import CONTRIBUTION
 from ...resampling.options import SHADED, TARGET
@@ -19,6 +19,7 @@ from ...resampling.reservoir import RESERVOIR, UNKNOWN, clear, copy_sample, rese
 from .target import (
     DARK,
     add9,
+    control_variate_at,
     load9,
     load_light,
     masked,
@@ -26,14 +27,13 @@ from .target import (
     store_light,
     target_of_light,
     unshadowed,
-    variate_at,
     visibility,
 )
 from .visibility import carried, forget, keep, kept, merged
 
-# Working memory of a pixel, in that part of the tile's that scattering uses at other times: the table of candidates;
+# Working memory of a pixel: the table of candidates;
 # of each candidate f (9 floats), V (3), the address of its reservoir, the source of its light in this scene, its pixel.
-WORK_TABLE = SCRATCH_SCATTER
+WORK_TABLE = shared_area(TABLE_BYTES + (72 + 24 + 8 + 8 + 8) * MAX_CANDIDATES)
 WORK_LIGHT = WORK_TABLE + TABLE_BYTES
 WORK_VISIBILITY = WORK_LIGHT + 72 * MAX_CANDIDATES
 WORK_RESERVOIR = WORK_VISIBILITY + 24 * MAX_CANDIDATES
@@ -155,7 +155,7 @@ def _variate(frame, scratch, n, fresh):
     share = 1.0 / total_confidence(scratch + WORK_TABLE, n)
     f = DARK
     for i in range(fresh):
-        f = add9(f, variate_at(frame, load_i64(scratch + WORK_PIXEL, i), share))
+        f = add9(f, control_variate_at(frame, load_i64(scratch + WORK_PIXEL, i), share))
     return f
 
 

@@ -3,7 +3,7 @@
 import math
 
 from ....kernels.core.jit import device, inlined
-from ....kernels.core.memory import load_f32, load_f64, record_address, store_f32, store_f64
+from ....kernels.core.memory import copy_words, load_f32, load_f64, record_address, store_f32, store_f64
 from ....kernels.core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     SCENE_HAS_MEDIA,
@@ -15,11 +15,11 @@ from ....kernels.core.records import (
 )
 from ....kernels.core.vec import is_black, load3_f32, scale, vec
 from ....kernels.lights import light_point
-from ....kernels.path.direct import lit_bsdf, lobe_sum, variate_class
+from ....kernels.path.direct import control_variate_class, lit_bsdf, lobe_sum
 from ....kernels.path.shadow import transmittance
 from ....kernels.volume.calls import media_around
 from ...resampling.reservoir import NOTHING
-from ...restir.gbuffer import PATH_WORDS, copy_words
+from ...restir.gbuffer import PATH_WORDS
 
 DARK = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # by class of lobes
 
@@ -39,7 +39,7 @@ def unshadowed(scene, sp, scratch, source, primitive, u, v):
     if primitive == NOTHING or not light_point(scene, sp, scratch, source, primitive, u, v):
         return DARK
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    f, _ = lit_bsdf(scene, sp, vec(ls.wi), ls.visibility)
+    f, _ = lit_bsdf(scene, sp, vec(ls.wi), ls.seen_by)
     return integrand(ls, f)
 
 
@@ -137,12 +137,12 @@ def load_light(frame, pixel):
 
 
 @inlined
-def variate_at(frame, pixel, share):
+def control_variate_at(frame, pixel, share):
     """A share of the variate that a pixel's candidates have left, to be added to what lights it: nine floats."""
-    variate = load3_f32(frame.variates, pixel)
+    variate = load3_f32(frame.control_variates, pixel)
     if is_black(variate):
         return DARK
-    return masked(variate_class(point_at(frame, pixel)), scale(variate, share))
+    return masked(control_variate_class(point_at(frame, pixel)), scale(variate, share))
 
 
 @inlined

@@ -149,7 +149,7 @@ def _put_light(group, i, out, factor, light):
 
 
 @device
-def shine_sum(out, n):
+def sum_weights(out, n):
     """The sums of the first n lanes: rgb, luminance."""
     r = g = b = y = 0.0
     for i in range(n):
@@ -161,7 +161,7 @@ def shine_sum(out, n):
 
 
 @device
-def shine_pick(out, n, left):
+def pick_lane(out, n, left):
     """(lane, share in its luminance that is left) where the sum of luminances over lanes passes `left`."""
     last = -1
     for i in range(n):
@@ -175,7 +175,7 @@ def shine_pick(out, n, left):
 
 
 @device
-def shine_diffuse(group, o, receiver, out):
+def weigh_diffuse(group, o, receiver, out):
     """What each lane of a group sends through a receiver without gloss, by its density: float64 [4, LANES] at out, rgb
     and luminance."""
     for i in range(LANES):
@@ -184,7 +184,7 @@ def shine_diffuse(group, o, receiver, out):
 
 
 @device
-def shine_glossy(group, o, receiver, out):
+def weigh_glossy(group, o, receiver, out):
     """The same with a lobe of GGX beside: D / (4 (h · d)² …), without Fresnel's rise at grazing angles."""
     a2 = receiver.alpha2
     wo, n = receiver.wo, receiver.gloss_n

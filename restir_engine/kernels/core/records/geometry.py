@@ -1,0 +1,64 @@
+"""Meshes, their instances, and what is interpolated over them."""
+
+from ..memory import record_at
+from .layout import record
+
+# Attribute domains.
+DOMAIN_POINT, DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_MESH = 0, 1, 2, 3
+
+# Interned names with a meaning of their own; see scene.names.
+ATTRIBUTE_UV, ATTRIBUTE_GENERATED = 0, 1
+
+ATTRIBUTE = record(
+    "name",  # interned, see Scene.attribute_names; 0 is the active render UV map
+    "domain",
+    "components",  # 1 to 4 floats an element
+    "values",  # float32 [elements, components]
+)
+
+MESH = record(
+    "vertices",  # float32 [n_vertices, 3]
+    "n_vertices",
+    "triangles",  # uint32 [n_triangles, 3], vertex indices
+    "n_triangles",
+    "corners",  # uint32 [n_triangles, 3], indices into DOMAIN_CORNER arrays
+    "polygons",  # int32 [n_triangles], indices into DOMAIN_FACE arrays
+    "normals",  # float32 [points or corners, 3], object space; 0: flat
+    "normals_domain",  # DOMAIN_POINT or DOMAIN_CORNER
+    "smooth",  # uint8 [n_triangles], 0: this triangle is flat; address 0: all smooth when normals is set
+    "material_slots",  # int32 [n_triangles], slot of the object; address 0: all 0
+    "attributes",  # ATTRIBUTE [n_attributes]
+    "n_attributes",
+    "embree",  # RTCScene of this mesh alone (bottom level)
+    ("generated_offset", 3),  # generated = (p - offset) * scale, in object space
+    ("generated_scale", 3),
+)
+
+INSTANCE = record(
+    "mesh",  # index into meshes
+    "materials",  # start in material_slots
+    "n_materials",
+    "seen_by",  # RAY_* bits of the rays that see it
+    "flags",  # INSTANCE_* bits
+    "object_index",  # pass_index of the object
+    "key",  # the same in every frame of an animation, and nobody else's
+    "lights",  # start of this instance's triangles in the table of emissive triangles, -1: none
+    "attributes",  # ATTRIBUTE [n_attributes] of this instance (DOMAIN_MESH): properties of the object
+    "n_attributes",
+    ("random", 1),  # Object Info > Random
+    ("color", 4),
+    ("location", 3),
+    ("to_world", 12),
+    ("to_object", 12),
+    ("dupli_generated", 3),  # the instancer's texture coordinates
+    ("dupli_uv", 2),
+    ("particle", 1),  # particle random, 0 when there is none
+    ("terminator", 1),  # cosine below which shadow rays start above smooth triangles, see interaction.shadow_origin
+)
+INSTANCE_MIRRORED = 1  # the matrix has a negative determinant
+INSTANCE_HOLDOUT = 2
+INSTANCE_SHADOW_CATCHER = 4
+
+attribute_at = record_at(ATTRIBUTE)
+mesh_at = record_at(MESH)
+instance_at = record_at(INSTANCE)

@@ -1,0 +1,106 @@
+"""A render in progress: the film, what the integrator is asked for, and the path that it follows."""
+
+from ..memory import record_at
+from .layout import record
+
+FILM = record(
+    "pixels",  # float32 [height, width, channels], rows bottom to top; sums over samples
+    "width",
+    "height",
+    "channels",
+    # Offset of each pass in a pixel, -1: not wanted. Names are `Pass.field` of settings.PASSES.
+    "combined",
+    "depth",
+    "normal",
+    "position",
+    "uv",
+    "object_index",
+    "material_index",
+    "diffuse_direct",
+    "diffuse_indirect",
+    "diffuse_color",
+    "glossy_direct",
+    "glossy_indirect",
+    "glossy_color",
+    "transmission_direct",
+    "transmission_indirect",
+    "transmission_color",
+    "volume_direct",
+    "volume_indirect",
+    "emission",
+    "environment",
+    "subsurface",
+    "subsurface_boundary",
+    "subsurface_single",
+    "subsurface_multiple",
+    "denoising_albedo",
+    "denoising_normal",
+    # Bits for the integrator: whether any pass of a kind is wanted.
+    "light_passes",
+    "data_passes",
+)
+
+INTEGRATOR = record(
+    "seed",
+    "max_bounces",
+    "diffuse_bounces",
+    "glossy_bounces",
+    "transmission_bounces",
+    "transparent_bounces",
+    "volume_bounces",
+    "transparent_path",  # transparent surfaces after which a path may only find light on its ray
+    "min_bounces",
+    "transparent_film",
+    "filter_table",  # float32 [FILTER_TABLE_SIZE], see settings.filter_table
+    ("clamp_direct", 1),  # inf: off
+    ("clamp_indirect", 1),
+    ("filter_glossy", 1),  # inf: off
+    ("pass_alpha_threshold", 1),
+    "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
+    "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.subsurface.method_table
+    "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
+    "media",  # int64 [5]: code for media that paths cross; see kernels.volume.calls
+    "camera_in_media",  # 1: camera rays may start inside a medium
+)
+FILTER_TABLE_SIZE = 1025
+
+PATH = record(
+    "pixel",  # address of the pixel's floats in the film
+    "key",  # of the random numbers
+    "mean_visibility",  # address of what kernels.lights.mean_visibility keeps of the pixel; 0: nothing
+    "sample",
+    "flags",  # RAY_* bits of the current ray
+    "bounce",
+    "diffuse_bounce",
+    "glossy_bounce",
+    "transmission_bounce",
+    "transparent_bounce",
+    "volume_bounce",
+    "boundaries",  # invisible boundaries of media that were passed
+    "event",  # what became of the path in a medium, see kernels.volume.calls
+    "dimension",  # first random dimension of the current vertex
+    "background_visible",  # nothing but transparency so far: alpha and data passes are still written
+    "data_done",
+    "denoise",  # denoising features are still to be written
+    "last",  # no more lobes: only emission and transparency
+    "scattered",  # whether subsurface.methods found where light leaves: LEAVES or LIT of path.state, else 0
+    "scatter_pass",  # offset of the pass of the first subsurface scattering, -2: nobody wants it; -1: none so far
+    ("o", 3),
+    ("d", 3),
+    ("tmin", 1),
+    ("t", 1),  # where the ray ends, for the code of media
+    ("medium_start", 1),  # where on the ray the present medium begins, while tmin > 0
+    ("throughput", 3),
+    ("diffuse_weight", 3),  # share of each class of lobes at the first bounce, for the light passes
+    ("glossy_weight", 3),
+    ("feature_throughput", 3),
+    ("mis_pdf", 1),  # solid-angle pdf of d at o; 0: not found by light sampling, counts fully
+    ("receiver", 3),  # light sampling's normal at o, see SHADING_POINT
+    ("min_pdf", 1),
+    ("dp", 1),
+    ("dd", 1),
+)
+
+film_at = record_at(FILM)
+integrator_at = record_at(INTEGRATOR)
+path_at = record_at(PATH)

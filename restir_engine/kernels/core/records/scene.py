@@ -1,0 +1,58 @@
+"""The camera, and the scene as one record."""
+
+from ..memory import record_at
+from .layout import record
+
+CAMERA = record(
+    "kind",  # CAMERA_*
+    "width",  # of the whole frame, whatever part of it the film shows
+    "height",
+    "blades",
+    ("to_world", 12),  # the camera looks along -z, y up
+    ("to_camera", 12),
+    "region_x",  # where the film begins in the whole frame, pixels from the lower left corner
+    "region_y",
+    ("screen", 4),  # left, right, bottom, top of the image plane at distance 1 (perspective) or in units
+    ("clip_start", 1),
+    ("clip_end", 1),
+    ("aperture", 1),  # lens radius, 0: pinhole
+    ("focus_distance", 1),
+    ("blade_rotation", 1),
+    ("aperture_ratio", 1),
+    ("panorama", 4),  # longitude and latitude: minimum and maximum
+)
+CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA = 0, 1, 2
+
+SCENE = record(
+    "embree",  # RTCScene, top level
+    "meshes",
+    "n_meshes",
+    "instances",
+    "n_instances",
+    "materials",
+    "n_materials",
+    "material_slots",  # int32, indices into materials
+    "code",  # int32, all programs
+    "constants",  # float64
+    "tables",  # float32: colour ramps, curves
+    "images",
+    "n_images",
+    "shader_entries",  # int64: addresses of what runs programs, see kernels.shading.interpreter
+    "texture_entries",  # int64: addresses of texture instructions by opcode, see kernels.shading.textures.dispatch
+    "lobe_tables",  # float32: albedo tables, see kernels.lobes
+    "lights",
+    "n_lights",
+    "light_table",  # owned by scene.lights: everything that selection and sampling need (its own record)
+    "world_material",  # program of the world, -1: black
+    "world_table",  # owned by scene.world: importance map
+    "world_seen_by",
+    "camera",  # CAMERA, for nodes that read camera coordinates
+    "flags",
+    ("bounds", 6),  # min and max of all instances
+)
+SCENE_HAS_TRANSPARENT = 1
+SCENE_HAS_SUBSURFACE = 2
+SCENE_HAS_MEDIA = 4
+
+camera_at = record_at(CAMERA)
+scene_at = record_at(SCENE)

@@ -1,0 +1,91 @@
+"""Materials, images, closures, and the point that a program runs at."""
+
+from ..memory import record_at
+from .layout import record
+
+MATERIAL = record(
+    "code",  # start of the surface program in `code`, -1: none (black, no emission)
+    "constants",  # start of its constants in `constants` (float64)
+    "n_constants",  # copied to registers 0 … n_constants before the program runs
+    "flags",  # MATERIAL_* bits
+    "pass_index",
+    "emission_sampling",  # 0 none, 1 auto, 2 front, 3 back, 4 both
+    "medium",  # start of the program of the medium inside in `code`, -1: none; it uses the same constants
+    "medium_priority",  # where media overlap, those of the highest priority count
+    ("emission_estimate", 3),  # radiance; only about right with MATERIAL_VARYING_EMISSION; 0: does not emit
+    ("lambert", 3),  # weight of the one lobe of MATERIAL_LAMBERT
+)
+MATERIAL_EMITS = 1
+MATERIAL_LAMBERT = 8  # nothing but a Lambert lobe of weight `lambert`: the program need not run
+MATERIAL_TRANSPARENT = 2  # may let shadow rays through
+MATERIAL_VARYING_EMISSION = 4  # emission depends on the point or the direction (a texture, a coat)
+MATERIAL_SUBSURFACE = 16  # may make a LOBE_SUBSURFACE: its meshes have a bottom-level scene
+MATERIAL_BUMPED_EXIT = 32  # its subsurface lobes have normals of their own: light leaves by these
+MATERIAL_MEDIUM = 64  # has a medium inside
+MATERIAL_BOUNDARY = 128  # nothing but the invisible boundary of a medium: rays pass without a bounce
+
+IMAGE = record(
+    "pixels",  # float32 or uint8 [height, width, 4] rows bottom to top, alpha associated
+    "width",
+    "height",
+    "flags",  # IMAGE_* bits
+    "decode",  # float32 [IMAGE_DECODE + 1]: encoded colour in [0, 1] to scene linear, after filtering; 0: linear
+)
+IMAGE_BYTES = 1  # pixels are uint8
+IMAGE_DECODE = 1024
+
+CLOSURE = record(
+    "kind",  # LOBE_* of kernels.lobes
+    ("weight", 3),
+    ("sample_weight", 1),
+    ("n", 3),
+    ("t", 3),
+    ("alpha_x", 1),
+    ("alpha_y", 1),
+    ("ior", 1),
+    ("p", 16),  # what else the lobe needs; each lobe module names its own
+)
+MAX_CLOSURES = 32
+MAX_REGISTERS = 2048
+
+SHADING_POINT = record(
+    "instance",  # -1: none (world or light)
+    "primitive",
+    "mesh",
+    "material",  # index into materials: the program that runs
+    "light",  # index into lights when a light's program runs, else -1
+    "backfacing",
+    "ray_flags",  # RAY_* bits of the path that arrives
+    "depth",
+    "diffuse_depth",
+    "glossy_depth",
+    "transmission_depth",
+    "transparent_depth",
+    "closures",  # address of CLOSURE [MAX_CLOSURES]
+    "n_closures",
+    "scatterer",  # the closure that bsdf_sample chose with LABEL_SUBSURFACE
+    "registers",  # address of float64 [MAX_REGISTERS]
+    ("t", 1),  # length of the ray that arrived
+    ("u", 1),  # barycentric weights of corners 1 and 2 on a triangle; parametric on a light
+    ("v", 1),
+    ("time", 1),
+    ("p", 3),
+    ("error", 1),  # what p and a ray from p may be wrong by in single precision
+    ("n", 3),  # shading normal, on the side of wo's geometric side
+    ("ng", 3),  # geometric normal, flipped to the side of wo
+    ("wo", 3),  # unit, towards where the ray came from
+    ("dpdu", 3),  # by barycentric u and v, world space
+    ("dpdv", 3),
+    ("dp", 1),  # radius of the ray's footprint at p
+    ("dd", 1),  # its growth by unit of distance
+    ("receiver", 3),  # normal by which light sampling weighed lamps where this path's ray began; zero: by none
+    # What the program wrote:
+    ("emission", 3),
+    ("transparent", 3),  # weight of transparent closures
+    ("holdout", 1),
+)
+
+material_at = record_at(MATERIAL)
+image_at = record_at(IMAGE)
+closure_at = record_at(CLOSURE)
+shading_point_at = record_at(SHADING_POINT)
