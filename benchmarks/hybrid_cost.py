@@ -21,6 +21,7 @@ import llvmlite.binding
 import numpy as np
 from numba import cfunc, types
 
+from restir_engine.context import FrameContext
 from restir_engine.embree import library
 from restir_engine.film import Film
 from restir_engine.integrators.path import PathIntegrator
@@ -64,7 +65,7 @@ class Renderer:
         if not scene.committed:
             scene.commit()
         self.film = Film(*scene.camera.film_size, required_passes(settings.passes, False))
-        self._integrator = PathIntegrator(scene, settings, self.film)
+        self._integrator = PathIntegrator(FrameContext(scene), settings, self.film)
         self._scratch = self._integrator.scratch()
 
     def sample(self, samples: int) -> float:

@@ -20,6 +20,7 @@ from light_scenes import emission_program, matrix
 from pictures import CUBE, QUAD, Builder, coated, diffuse, look, render, scaled
 
 from benchmarks.bias import relmse
+from restir_engine.context import FrameContext
 from restir_engine.film import Film
 from restir_engine.integrators.path import PathIntegrator
 from restir_engine.integrators.restir.integrator import RestirIntegrator
@@ -97,15 +98,14 @@ def main() -> None:
             scene.commit()
             settings = RenderSettings(seed=step, max_bounces=args.bounces)
             film = Film(size, size, required_passes(settings.passes, False), 1.0)
-            integrator = RestirIntegrator(scene, settings, film, plan, passes)
+            integrator = RestirIntegrator(FrameContext(scene), settings, film, plan, passes)
             times.append(frame(integrator, 0, 1, tiles))
-            integrator.close()
         film.samples = 1
         result[name] = min(times[FRAMES // 2 :]), film.pass_array("Combined")[:, :, :3]
     reference = render(scene, args.reference, seed=99, integrator="PATH", max_bounces=args.bounces)
     for name, (seconds, ours) in result.items():
         film = Film(size, size, required_passes(settings.passes, False), 1.0)
-        path = PathIntegrator(scene, settings, film)
+        path = PathIntegrator(FrameContext(scene), settings, film)
         count = max(1, round(seconds / min(frame(path, 100, 8, tiles) / 8 for _ in range(4))))
         film.pixels[:] = 0.0
         path_seconds = frame(path, 4, count, tiles)

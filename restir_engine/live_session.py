@@ -102,12 +102,11 @@ class LiveSession:
         """Render a request to its end or until `cancelled`; every session has random numbers of its own."""
         settings = in_motion(request.settings) if small else request.settings
         camera = smaller(request.camera) if small else request.camera
-        request.scene.look_from(camera)
         same, history = self._history.get(small, (None, None))
         key = (settings, camera.film_size)
         settings = replace(settings, seed=settings.seed + self._sessions)
         self._sessions += 1
-        session = Session(request.scene, settings, history if same == key else None)
+        session = Session(request.scene, settings, camera, history if same == key else None)
         if not request.scene.committed:
             self.line = PREPARING
         session.prepare()

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .context import FrameContext
 from .denoise import denoise
 from .film import Film
 from .kernels.core import cache
+from .scene.camera import Camera
 from .scene.scene import Scene
 from .settings import RenderSettings, required_passes
 
@@ -92,16 +94,20 @@ def memory_in_use() -> int:
 class Session:
     """Renders `scene`, which it commits where that has not been done, with `settings` into `film`.
 
-    history: that of the session before, which a frame may resample; afterwards that of this one.
+    camera: who looks, where that is not the scene's own camera. history: that of the session before, which a frame may
+    resample; afterwards that of this one.
     """
 
-    def __init__(self, scene: Scene, settings: RenderSettings, history: object | None = None) -> None:
+    def __init__(
+        self, scene: Scene, settings: RenderSettings, camera: Camera | None = None, history: object | None = None
+    ) -> None:
         self.scene = scene
+        self.camera = camera or scene.camera
         self.settings = settings
         self.history = history
         self._integrator: Integrator | None = None
         self.status = Status(total=settings.samples)
-        width, height = scene.camera.film_size
+        width, height = self.camera.film_size
         passes = required_passes(settings.passes, settings.use_denoising)
         self.film = Film(width, height, passes, settings.film_exposure)
         self.denoised: np.ndarray | None = None
@@ -142,10 +148,7 @@ class Session:
         integrator = self._integrator
         threads = self.settings.threads or os.cpu_count() or 1
         with ThreadPoolExecutor(threads, "restir") as pool:
-            try:
-                finished = self._accumulate(integrator, pool, threads, start, cancelled, on_progress, on_frame)
-            finally:
-                integrator.close()
+            finished = self._accumulate(integrator, pool, threads, start, cancelled, on_progress, on_frame)
         if self.settings.use_denoising and self.film.samples and not self._cancel.is_set():
             self._report("Denoising", start, on_progress)
             self.denoised = denoise(self.film, self.settings.denoising_quality, self.scene.warnings)
@@ -194,7 +197,8 @@ class Session:
         """The integrator that the settings name; its module, and so its kernels, are imported when it is used."""
         module, name = INTEGRATORS[self.settings.integrator]
         module = importlib.import_module(module, __package__)
-        return getattr(module, name)(self.scene, self.settings, self.film, history=self.history)
+        context = FrameContext(self.scene, self.camera)
+        return getattr(module, name)(context, self.settings, self.film, history=self.history)
 
     def _stopped(self, cancelled: Callable[[], bool]) -> bool:
         if cancelled():

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..context import FrameContext
 from ..film import Film
 from ..kernels.core.memory import address
 from ..kernels.core.records import (
-    CAMERA,
     INTEGRATOR,
     MAX_MEDIA,
     RAY_BURLEY_DIFFUSE,
@@ -50,7 +50,7 @@ class Stage(NamedTuple):
 
 
 class Integrator:
-    """An integrator with a committed scene, settings and a film; its constructor compiles or loads its kernels.
+    """An integrator with a frame's context, settings and a film; its constructor compiles or loads its kernels.
 
     `stages(first_sample, samples)` are the steps that add these samples to every pixel of the film, of which only the
     last one writes to it; `max_batch` is how many samples they can take at once. `history` is what the integrator of
@@ -59,7 +59,10 @@ class Integrator:
 
     max_batch = 1 << 30
 
-    def __init__(self, scene: Scene, settings: RenderSettings, film: Film, history: object | None = None) -> None:
+    def __init__(
+        self, context: FrameContext, settings: RenderSettings, film: Film, history: object | None = None
+    ) -> None:
+        scene = context.scene
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self.record = integrator_record(settings, self._table)
         self.cache = None
@@ -70,10 +73,8 @@ class Integrator:
         self._scatter = _scatter_table(scene, settings, self.cache)
         self._media = media_entries(scene.record["flags"])
         self.record[0]["scatter"], self.record[0]["media"] = address(self._scatter), address(self._media)
-        self.record[0]["camera_in_media"] = scene.camera_may_be_in_media()
-        self.scene, self.film, self.history = scene, film, history
-        self.camera = np.zeros(1, CAMERA)
-        self.camera[0] = scene.camera.record()
+        self.context, self.film, self.history = context, film, history
+        self._warnings = scene.warnings
         if "Visibility Estimate" in settings.passes and not carries_visibility(settings):
             text = "the pass is empty: it needs the integrator ReSTIR, its shadows reused or estimated"
             scene.warnings.add("Render", "Visibility Estimate", text)
@@ -87,19 +88,16 @@ class Integrator:
         """The steps of a batch of samples."""
         raise NotImplementedError
 
-    def close(self) -> None:
-        """Leave the scene as it was."""
-
     def end_batch(self) -> None:
         """Tell what kernels have noticed, and let them see what they have found."""
         if self.cache:
             self.cache.merge()
         if self._scatter[OVERFLOWS]:
             text = f"more than {MAX_HITS} layers of a surface lie within its scattering length; some are left out"
-            self.scene.warnings.add("Render", "Subsurface", text)
+            self._warnings.add("Render", "Subsurface", text)
         if self._media[MEDIA_OVERFLOWS]:
             text = f"more than {MAX_MEDIA} volumes overlap; some are left out"
-            self.scene.warnings.add("Render", "Volume", text)
+            self._warnings.add("Render", "Volume", text)
 
     @staticmethod
     def scratch() -> np.ndarray:

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..context import FrameContext
 from ..film import Film
 from ..kernels.core import rng
 from ..kernels.core.jit import device, inlined, kernel
@@ -68,9 +68,6 @@ from ..kernels.subsurface.methods import scatter
 from ..kernels.volume.calls import ENDED, PASSES, pass_boundary, pass_media, start_segment, through_media
 from ..settings import RenderSettings
 from .base import Integrator, Stage, Tile
-
-if TYPE_CHECKING:
-    from ..scene.scene import Scene
 
 # What comes next of a path: its end; its new ray, or what that has hit; a way through a medium; light where it stands.
 ENDS, GOES_ON, ARRIVES, SCATTERS, SHADES = 0, 1, 2, 3, 4
@@ -286,8 +283,10 @@ def bounce(scene, integrator, path, sp):
 class PathIntegrator(Integrator):
     """The PATH kernel with a scene, settings and a film."""
 
-    def __init__(self, scene: Scene, settings: RenderSettings, film: Film, history: object | None = None) -> None:
-        super().__init__(scene, settings, film, history)
+    def __init__(
+        self, context: FrameContext, settings: RenderSettings, film: Film, history: object | None = None
+    ) -> None:
+        super().__init__(context, settings, film, history)
         self._render((0, 0, 0, 0), self.scratch(), 0, 0)  # compiles, or loads from the cache
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
@@ -295,5 +294,6 @@ class PathIntegrator(Integrator):
         return [Stage(partial(self._render, first_sample=first_sample, samples=samples), finish=self.end_batch)]
 
     def _render(self, tile: Tile, scratch: np.ndarray, first_sample: int, samples: int) -> None:
-        args = (self.scene.record, self.camera[0], self.record[0], self.film.record, address(scratch))
+        context = self.context
+        args = (context.record, context.camera_record, self.record[0], self.film.record, address(scratch))
         render_tile(*args, *tile, first_sample, samples)

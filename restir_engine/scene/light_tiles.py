@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import weakref
-
 import numpy as np
 
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.tile_weights import FIELDS, LANES
-from ..kernels.lights.tiles import fill_tiles, sample_tiles
+from ..kernels.lights.tiles import sample_tiles
 
 SIZE, CANDIDATES = 1024, 64
 _FEWEST, _MOST, _WIDTH = 4, 64, 18
@@ -24,24 +22,17 @@ def tile_count(pixels: int) -> int:
     return min(max(round(pixels**0.5 / _WIDTH), _FEWEST), _MOST)
 
 
-def _withdraw(lights, tiles: int) -> None:
-    if lights.record["tiles"] == tiles:
-        lights.record["tiles"] = 0
-
-
 class LightTiles:
-    """Makes a committed scene's light samples resampled ones, as long as this object lives and until `release`, after
-    which light samples are drawn for their receivers again.
+    """Light tiles of a frame of a committed scene; `FrameContext` makes its light samples resampled ones by them.
 
-    `entries` are TILE_ENTRY (tiles, size), `emission` float32 (tiles, groups, FIELDS, LANES) of the same points.
-    Before each frame all tiles are to be filled. A later commit of the scene needs another object.
+    `entries` are TILE_ENTRY (tiles, size), `emission` float32 (tiles, groups, FIELDS, LANES) of the same points. The
+    context fills the tiles.
 
     Raises ValueError where size is no multiple of LANES.
     """
 
     def __init__(self, scene, tiles: int = _MOST, size: int = SIZE, candidates: int = CANDIDATES) -> None:
         self.count = tiles
-        self._scene = scene
         groups = size // LANES
         if size % LANES or not groups:
             raise ValueError(f"a tile's size must be a multiple of {LANES}, not {size}")
@@ -57,10 +48,8 @@ class LightTiles:
         record["candidates"] = min(candidates, size)
         record["lamp_cdf"] = address(self._lamps)
         record["code"] = sample_tiles.address
-        scene.lights.prepare_reuse(scene)
-        scene.lights.record["tiles"] = address(self._record)
-        self.release = weakref.finalize(self, _withdraw, scene.lights, address(self._record))
 
-    def fill(self, seed: int, scratch: np.ndarray, first: int = 0, last: int | None = None) -> None:
-        """Draw the points of tiles [first, last) for the frame of this seed; threads can share the tiles out."""
-        fill_tiles(self._scene.record, address(scratch), seed, first, self.count if last is None else last)
+    @property
+    def address(self) -> int:
+        """That of the LIGHT_TILES record; valid as long as this lives."""
+        return address(self._record)

@@ -106,11 +106,10 @@ class LightTable:
         self._share(self._record[0], "entries", light_entries(kinds, triangles > 0.0, world > 0.0))
         scene.record["light_table"] = address(self._record)
 
-    def prepare_reuse(self, scene) -> None:
-        """Let kernels place points of lights again (kernels.lights.points); after the scene's commit."""
+    def point_entries(self, scene) -> np.ndarray:
+        """LIGHT_TABLE.point_entries for a frame that lights by kept points (kernels.lights.points); after the commit."""
         emits = ((scene.shaders.materials["flags"] & rec.MATERIAL_EMITS) != 0).any()
-        entries = point_entries(np.unique(self.lamps["kind"]), bool(emits), scene.world.material >= 0)
-        self._share(self._record[0], "point_entries", entries)
+        return point_entries(np.unique(self.lamps["kind"]), bool(emits), scene.world.material >= 0)
 
     def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
         record[field] = address(array)

@@ -60,16 +60,11 @@ class Scene:
         record = self._record[0]
         self._arrays = []
         self._commit_geometry(record)
+        self.media_bounds = self._find_media()
         self._commit_shading(record)
         self.world.commit(self)
         self.lights.commit(self)
         self.committed = True
-
-    def look_from(self, camera: Camera) -> None:
-        """Take another camera; what has been committed stays so."""
-        self.camera = camera
-        self._camera_record = np.asarray(camera.record()).reshape(1)
-        self._record[0]["camera"] = address(self._camera_record)
 
     def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
         record[field] = address(array)
@@ -133,16 +128,15 @@ class Scene:
         priorities = materials["medium_priority"][(materials["flags"] & rec.MATERIAL_MEDIUM) != 0]
         return rec.MATERIAL_MEDIUM if len(np.unique(priorities)) > 1 else 0
 
-    def camera_may_be_in_media(self) -> bool:
-        """Whether camera rays may start inside a mesh with a medium, by the meshes' bounding boxes."""
-        inside = self._have_flag(rec.MATERIAL_MEDIUM)
-        low, high = self.camera.origins()
-        for instance in self.instances[inside]:
+    def _find_media(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Lower and upper corner, (3,) each, of all instances with a medium inside."""
+        found = []
+        for instance in self.instances[self._have_flag(rec.MATERIAL_MEDIUM)]:
             points = self.meshes[instance["mesh"]].vertices @ instance["to_world"].reshape(3, 4)[:, :3].T
             points = points + instance["to_world"].reshape(3, 4)[:, 3]
-            if len(points) and np.all(points.min(0) <= high) and np.all(points.max(0) >= low):
-                return True
-        return False
+            if len(points):
+                found.append((points.min(0), points.max(0)))
+        return found
 
     def _have_flag(self, flag: int) -> np.ndarray:
         """Which instances have a material with one of these MATERIAL_* bits, bool (n_instances,)."""
@@ -161,4 +155,5 @@ class Scene:
         self._share(record, "shader_entries", shader_entries(self.shaders.code))
         self._share(record, "texture_entries", texture_entries(self.shaders.code))
         self._share(record, "lobe_tables", lobe_tables())
-        self.look_from(self.camera)
+        # Emission that depends on the camera is measured, for the light tables, as the scene's own sees it.
+        self._share(record, "camera", np.array([self.camera.record()], rec.CAMERA))

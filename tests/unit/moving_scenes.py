@@ -10,6 +10,7 @@ import numpy as np
 from light_scenes import matrix
 from pictures import QUAD, UNSEEN, Builder, checkered, coated, diffuse, look, scaled
 
+from restir_engine.context import FrameContext
 from restir_engine.film import Film
 from restir_engine.integrators.restir.integrator import RestirIntegrator
 from restir_engine.integrators.restir.passes import Passes, ReusePlan
@@ -73,7 +74,7 @@ def frames_of(scenes, seed: int, plan: ReusePlan, samples: int = 1, look_at=None
         settings = RenderSettings(seed=seed * 16 + number, max_bounces=0)
         width, height = scene.camera.film_size
         film = Film(width, height, required_passes(settings.passes, False), 1.0)
-        integrator = RestirIntegrator(scene, settings, film, plan, passes)
+        integrator = RestirIntegrator(FrameContext(scene), settings, film, plan, passes)
         scratch = integrator.scratch()
         for sample in range(samples):
             for turn, stage in enumerate(integrator.stages(sample, 1)):
@@ -82,7 +83,6 @@ def frames_of(scenes, seed: int, plan: ReusePlan, samples: int = 1, look_at=None
                 stage.finish()
                 if turn == 2 and look_at:
                     look_at(integrator)
-        integrator.close()
     film.samples = samples
     return film.pass_array("Combined")[:, :, :3], integrator
 

@@ -3,6 +3,7 @@
 import numpy as np
 from light_kernels import scratch_memory
 
+from restir_engine.context import FrameContext
 from restir_engine.kernels.core import rng
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, load_f64, store_f64
@@ -64,9 +65,9 @@ def place_kernel(scene, scratch, x, y, z, points, n, out):
 def keep(scene, point, n, seed=1) -> tuple[np.ndarray, np.ndarray]:
     """(points (n, 5), samples (n, 8)) of light_sample for a receiver; points in single precision, as they are kept."""
     points, out = np.zeros((n, 5)), np.zeros((n, 8))
-    scene.lights.prepare_reuse(scene)
     memory = scratch_memory()
-    keep_kernel(scene.record, address(memory), *map(float, point), seed, n, address(points), address(out))
+    context = FrameContext(scene, keeps_light_points=True)
+    keep_kernel(context.record, address(memory), *map(float, point), seed, n, address(points), address(out))
     points[:, 2:4] = points[:, 2:4].astype(np.float32)
     return points, out
 
@@ -76,5 +77,6 @@ def place(scene, point, points) -> np.ndarray:
     out = np.zeros((len(points), 11))
     memory = scratch_memory()
     points = np.ascontiguousarray(points, float)
-    place_kernel(scene.record, address(memory), *map(float, point), address(points), len(points), address(out))
+    context = FrameContext(scene, keeps_light_points=True)
+    place_kernel(context.record, address(memory), *map(float, point), address(points), len(points), address(out))
     return out

@@ -14,7 +14,7 @@ LAYERS = (
     {"embree"},
     {"kernels"},
     {"scene"},
-    {"settings", "film", "denoise", "presets"},
+    {"context", "settings", "film", "denoise", "presets"},
     {"integrators"},
     {"session", "live_session"},
     {"properties", "sync", "engine", "viewport"},

@@ -10,6 +10,7 @@ from test_light_places import DELTAS, SCENES, quad
 from test_lights import LAMPS, WHITE
 from tile_kernels import from_tiles, resample
 
+from restir_engine.context import FrameContext
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lights import tile_weights
 from restir_engine.scene.lamps import point_lamp, sun_lamp
@@ -55,7 +56,8 @@ def test_entries_have_their_density(name):
     """The mean of 1 / pdf over entries is the measure of all points: 1 a lamp or triangle, 4 pi of the world."""
     scene = SCENES[name]()
     tiles = LightTiles(scene, 64, 256)
-    tiles.fill(3, scratch_memory())
+    context = FrameContext(scene, tiles=tiles)
+    context.fill_tiles(3, scratch_memory())
     pdf = tiles.entries["pdf"].astype(float)
     inverse = np.where(pdf > 0.0, 1.0 / np.where(pdf > 0.0, pdf, 1.0), 0.0).mean(axis=1)
     expected = {"all": len(LAMPS | DELTAS), "triangles": 6, "world": 4.0 * math.pi, "mixed": 9.0 + 4.0 * math.pi}[name]
@@ -65,11 +67,11 @@ def test_entries_have_their_density(name):
 @pytest.mark.parametrize("name", [*LAMPS, "world"])
 def test_rays_that_find_light_know_what_mis_weighs_it_by(name):
     scene = SCENES[name]()
-    tiles = LightTiles(scene, 4, 64, 8)
-    tiles.fill(1, scratch_memory())
-    samples = resample(scene, PLACE, 500)
+    context = FrameContext(scene, tiles=LightTiles(scene, 4, 64, 8))
+    context.fill_tiles(1, scratch_memory())
+    samples = resample(context, PLACE, 500)
     samples = samples[samples[:, 0] > 0.0]
-    found = seen(scene, PLACE, samples[:, 1:4])
+    found = seen(context, PLACE, samples[:, 1:4])
     hit = found[:, 3] > 0.0
     assert hit.mean() > 0.99 if len(samples) else True
     # A distant lamp is small beside the rounding of its place.
@@ -87,11 +89,10 @@ def test_mis_with_rays_adds_up_to_all_light(name):
     samples = from_tiles(scene, place, 400, 50, candidates=4)
     density = np.maximum(samples[..., 3], 0.0) / np.pi
     sampled = through(samples)[..., 0] * mis(samples[..., 8], density)
-    tiles = LightTiles(scene, 2, 32, 4)
-    tiles.fill(1, scratch_memory())
-    found = seen(scene, place, directions)
+    context = FrameContext(scene, tiles=LightTiles(scene, 2, 32, 4))
+    context.fill_tiles(1, scratch_memory())
+    found = seen(context, place, directions)
     rays = found[:, 0] * np.pi * mis(directions[:, 2] / np.pi, found[:, 3])
-    tiles.release()
     sampled = sampled.mean(axis=1)
     error = math.sqrt(exact.var() / 40_000 + rays.var() / 40_000 + sampled.var() / 400)
     assert rays.mean() > 0.0
@@ -106,20 +107,24 @@ def mis(a, b):
 def test_tiles_do_not_depend_on_who_fills_them():
     scene = SCENES["all"]()
     tiles = LightTiles(scene, 8, 64)
-    tiles.fill(5, scratch_memory())
+    context = FrameContext(scene, tiles=tiles)
+    context.fill_tiles(5, scratch_memory())
     whole = tiles.entries.copy()
     for first in (6, 0, 3):
-        tiles.fill(5, scratch_memory(), first, min(first + 3, 8))
+        context.fill_tiles(5, scratch_memory(), first, min(first + 3, 8))
     np.testing.assert_array_equal(tiles.entries, whole)
-    tiles.fill(6, scratch_memory())
+    context.fill_tiles(6, scratch_memory())
     assert (tiles.entries["u"] != whole["u"]).mean() > 0.5
 
 
-def test_release_gives_light_samples_back():
+def test_tiles_are_seen_in_their_own_context_only():
     scene = quad()
     before = resample(scene, PLACE, 50)
-    LightTiles(scene, 2, 32).release()
+    context = FrameContext(scene, tiles=LightTiles(scene, 2, 32))
+    context.fill_tiles(1, scratch_memory())
     np.testing.assert_array_equal(resample(scene, PLACE, 50), before)
+    np.testing.assert_array_equal(resample(FrameContext(scene), PLACE, 50), before)
+    assert (resample(context, PLACE, 50) != before).any()
 
 
 def test_more_candidates_less_noise():
@@ -139,6 +144,6 @@ def test_a_dark_estimate_does_not_hide_a_light():
     scene.lights.lamps["material"] = index
     scene.commit()
     tiles = LightTiles(scene, 2, 64)
-    tiles.fill(1, scratch_memory())
+    FrameContext(scene, tiles=tiles).fill_tiles(1, scratch_memory())
     assert (tiles.emission[:, :, tile_weights.POWER : tile_weights.POWER + 3] > 0.0).all()
     assert (tiles.entries["primitive"] == rec.POINT_ON_LAMP).all()

@@ -62,8 +62,7 @@ def test_what_moves_is_seen_in_small_first_and_then_in_full(live):
     assert sizes[-1] == SIZE
 
     def off(step: int) -> float:
-        scene.look_from(view(step))
-        session = Session(scene, RenderSettings(samples=64, max_bounces=0, threads=1))
+        session = Session(scene, RenderSettings(samples=64, max_bounces=0, threads=1), view(step))
         session.render()
         return float(np.abs(np.minimum(live.picture, 1.0) - np.minimum(session.combined(), 1.0)).mean())
 

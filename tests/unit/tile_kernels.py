@@ -3,6 +3,7 @@
 import numpy as np
 from light_kernels import scratch_memory
 
+from restir_engine.context import FrameContext
 from restir_engine.kernels.core import rng
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, store_f64
@@ -52,21 +53,20 @@ def resample_kernel(scene, scratch, x, y, z, closures, seed, n, out):
             store_f64(out, row + 9, float(ls.light))
 
 
-def resample(scene, point, n, seed=1, closures=1) -> np.ndarray:
-    """Light samples (n, 10) of a scene, from its tiles when it has some."""
+def resample(context, point, n, seed=1, closures=1) -> np.ndarray:
+    """Light samples (n, 10) of a scene or of a context, from its tiles when it has some."""
     out = np.zeros((n, 10))
     memory = scratch_memory()
-    start = (scene.record, address(memory), *map(float, point), closures, seed)
+    start = (context.record, address(memory), *map(float, point), closures, seed)
     resample_kernel(*start, n, address(out))
     return out
 
 
 def from_tiles(scene, point, frames, per_frame, candidates=8, closures=1) -> np.ndarray:
     """Samples (frames, per_frame, 10), each frame from tiles of its own."""
-    tiles = LightTiles(scene, 4, 64, candidates)
+    context = FrameContext(scene, tiles=LightTiles(scene, 4, 64, candidates))
     out = np.zeros((frames, per_frame, 10))
     for frame in range(frames):
-        tiles.fill(frame, scratch_memory())
-        out[frame] = resample(scene, point, per_frame, 1000 + frame, closures)
-    tiles.release()
+        context.fill_tiles(frame, scratch_memory())
+        out[frame] = resample(context, point, per_frame, 1000 + frame, closures)
     return out

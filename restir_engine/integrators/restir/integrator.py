@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...context import FrameContext
 from ...film import Film
 from ...kernels.core.memory import address
 from ...scene.light_tiles import LightTiles, tile_count
@@ -18,9 +18,6 @@ from .gbuffer import gbuffer_tile
 from .passes import NO_TILE, Passes, ReusePlan, plan_of
 from .shade import film_tile, shade_tile
 
-if TYPE_CHECKING:
-    from ...scene.scene import Scene
-
 
 def frame_seed(seed: int, sample: int) -> int:
     """A seed of 31 bits for what all pixels of a frame share."""
@@ -28,7 +25,7 @@ def frame_seed(seed: int, sample: int) -> int:
 
 
 class RestirIntegrator(Integrator):
-    """The kernels of RESTIR with a scene, settings and a film.
+    """The kernels of RESTIR with a context, settings and a film.
 
     plan: which reuse there is, where not as the settings say. history: the passes of the integrator of the frame
     before, which go on here.
@@ -38,20 +35,19 @@ class RestirIntegrator(Integrator):
 
     def __init__(
         self,
-        scene: Scene,
+        context: FrameContext,
         settings: RenderSettings,
         film: Film,
         plan: ReusePlan | None = None,
         history: Passes | None = None,
     ) -> None:
-        super().__init__(scene, settings, film, history or Passes(plan or plan_of(settings)))
-        scene.lights.prepare_reuse(scene)
+        tiles = LightTiles(context.scene, tile_count(film.width * film.height), candidates=settings.restir_candidates)
+        super().__init__(context.with_tiles(tiles), settings, film, history or Passes(plan or plan_of(settings)))
         self.passes = self.history
         self.frame = self._new_frame()
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
         self._exit_lights = settings.restir_exit_lights
-        self.tiles = LightTiles(scene, tile_count(film.width * film.height), candidates=settings.restir_candidates)
         scratch = self.scratch()
         for stage in self.stages(0, 0):
             stage.run(NO_TILE, scratch)  # compiles, or loads from the cache
@@ -69,17 +65,13 @@ class RestirIntegrator(Integrator):
             self.cache.watch(self.frame.pixels)
         seed = frame_seed(self._seed, first_sample)
         self.passes.use_seed(seed)
-        reuse = self.passes.stages(self.scene, self.camera, self.record, self.frame)
+        reuse = self.passes.stages(self.context, self.record, self.frame)
         last = LAST_OF_FRAME if self.passes.plan.temporal else LAST
         candidates = partial(self._candidates, 0 if reuse else last)
-        tiles = [(tile, tile + 1) for tile in range(self.tiles.count)]
+        tiles = [(tile, tile + 1) for tile in range(self.context.tiles.count)]
         fill = Stage(partial(self._fill_tiles, seed), tiles)
         steps = [fill, Stage(self._gbuffer), Stage(candidates), *reuse, Stage(self._shade)]
         return [*steps, Stage(self._film, finish=self._finish)]
-
-    def close(self) -> None:
-        """Leave the scene as it was."""
-        self.tiles.release()
 
     def visibility(self) -> np.ndarray:
         """V̄ of the samples in the last finished frame by channel: (height, width, 3), NaN where unknown."""
@@ -99,27 +91,28 @@ class RestirIntegrator(Integrator):
 
     def _fill_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
         """Fill tiles [first, last); the constructor, which asks for an image tile, fills none."""
-        self.tiles.fill(seed, scratch, *tiles[:2])
+        self.context.fill_tiles(seed, scratch, *tiles[:2])
 
     def _gbuffer(self, tile: Tile, scratch: np.ndarray) -> None:
-        scene, frame = self.scene, self.frame
+        context, frame = self.context, self.frame
         closures = 0
         while True:
             pool = frame.pool(tile, closures)
             closures = gbuffer_tile(
-                scene.record, self.camera[0], self.record[0], self.film.record, frame.record, address(pool), len(pool),
-                address(scratch), *tile, self._sample,
+                context.record, context.camera_record, self.record[0], self.film.record, frame.record, address(pool),
+                len(pool), address(scratch), *tile, self._sample,
             )  # fmt: skip
             if closures <= len(pool):
                 return
 
     def _candidates(self, last: int, tile: Tile, scratch: np.ndarray) -> None:
-        scene, frame, reuse = self.scene, self.frame, self.passes.reuse
+        frame, reuse = self.frame, self.passes.reuse
         layers = address(reuse), len(reuse)
-        candidates_tile(scene.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
+        candidates_tile(self.context.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
 
     def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
-        args = (self.scene.record, self.camera[0], self.record[0], self.film.record, self.frame.record)
+        context = self.context
+        args = (context.record, context.camera_record, self.record[0], self.film.record, self.frame.record)
         shade_tile(*args, address(scratch), self._exit_lights, *tile)
 
     def _film(self, tile: Tile, scratch: np.ndarray) -> None:

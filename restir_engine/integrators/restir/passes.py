@@ -17,6 +17,7 @@ from ..resampling.spatial import spatial_tile
 from ..resampling.temporal import temporal_tile
 
 if TYPE_CHECKING:
+    from ...context import FrameContext
     from ...scene.scene import Scene
     from ...settings import RenderSettings
     from ..base import Integrator
@@ -63,8 +64,7 @@ def plan_of(settings: RenderSettings) -> ReusePlan:
 class Before(NamedTuple):
     """The frame before, and all that p̂ was evaluated with there."""
 
-    scene: Scene
-    camera: np.ndarray  # CAMERA (1,)
+    context: FrameContext
     integrator: np.ndarray  # INTEGRATOR (1,)
     tables: tuple[np.ndarray, ...]  # what the INTEGRATOR points to
     frame: Frame
@@ -100,12 +100,12 @@ class Passes:
         self._before = _before(integrator, frame)
         return old
 
-    def stages(self, scene: Scene, camera: np.ndarray, integrator: np.ndarray, frame: Frame) -> list[Stage]:
+    def stages(self, context: FrameContext, integrator: np.ndarray, frame: Frame) -> list[Stage]:
         """The stages that take frame.reservoirs from candidates to what is shaded."""
         found = []
-        run = partial(self._each, scene, camera, integrator, frame)
+        run = partial(self._each, context, integrator, frame)
         if self.plan.temporal and self._before:
-            self._follow(scene, self._before.scene)
+            self._follow(context.scene, self._before.context.scene)
             found.append(Stage(partial(run, self._temporal), finish=frame.use_reservoirs))
         for turn in range(self.plan.rounds):
             last = turn == self.plan.rounds - 1
@@ -116,13 +116,13 @@ class Passes:
         """Compile the kernels that the plan needs, or load them from the cache."""
         kept = self._before
         self._before = self._before or _before(integrator, frame)
-        for stage in self.stages(integrator.scene, integrator.camera, integrator.record, frame):
+        for stage in self.stages(integrator.context, integrator.record, frame):
             stage.run(NO_TILE, scratch)
         self._before = kept
 
-    def _each(self, scene, camera, integrator, frame, step, tile: Tile, scratch: np.ndarray) -> None:
+    def _each(self, context, integrator, frame, step, tile: Tile, scratch: np.ndarray) -> None:
         for reuse in self.reuse:
-            step(scene.record, camera[0], integrator[0], frame, reuse, address(scratch), tile)
+            step(context.record, context.camera_record, integrator[0], frame, reuse, address(scratch), tile)
 
     def _spatial(self, turn, last, scene, camera, integrator, frame, reuse, scratch, tile) -> None:
         spatial_tile(scene, camera, integrator, frame.record, reuse, scratch, *tile, turn, int(last))
@@ -132,7 +132,7 @@ class Passes:
         last = int(self.plan.rounds == 0)
         temporal_tile(
             scene, camera, integrator, frame.record,
-            then.scene.record, then.camera[0], then.integrator[0], then.frame.record,
+            then.context.record, then.context.camera_record, then.integrator[0], then.frame.record,
             self._motion[2].record, reuse, scratch, *tile, last,
         )  # fmt: skip
 
@@ -144,4 +144,4 @@ class Passes:
 
 def _before(integrator: Integrator, frame: Frame) -> Before:
     record = integrator.record.copy()
-    return Before(integrator.scene, integrator.camera.copy(), record, integrator.tables, frame)
+    return Before(integrator.context, record, integrator.tables, frame)

@@ -55,7 +55,7 @@ def start_segment(scene, integrator, scratch, path, sp):
         return
     if path.flags & RAY_CAMERA and path.tmin == 0.0:
         media_at(scratch + SCRATCH_MEDIA, 0).count = 0
-        if integrator.camera_in_media:
+        if scene.camera_in_media:
             _call(BEGIN, scene, integrator, 0, scratch, 0)
     elif goes_behind(scene, sp, vec(path.d)):
         _call(CROSS, scene, integrator, 0, scratch, 0)
@@ -67,7 +67,7 @@ def media_around(scene, integrator, scratch, path, sp):
     if not scene.flags & SCENE_HAS_MEDIA:
         return
     media_at(scratch + SCRATCH_MEDIA, 0).count = 0
-    if integrator.camera_in_media or path.bounce + path.boundaries + path.transparent_bounce > 0:
+    if scene.camera_in_media or path.bounce + path.boundaries + path.transparent_bounce > 0:
         _call(AROUND, scene, integrator, 0, scratch, record_address(sp))
 
 

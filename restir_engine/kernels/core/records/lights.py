@@ -80,6 +80,7 @@ LIGHT_TABLE = record(
     ("lamps", 1),  # probability of choosing a lamp, an emissive triangle, the world; sum 1, or all 0
     ("triangles", 1),
     ("world", 1),
+    # What belongs to a frame; see context.FrameContext.
     "point_entries",  # int64, addresses of code by kind of light: kernels.lights.points; 0: no reuse of points
     "tiles",  # LIGHT_TILES from which light samples are resampled; 0: they are drawn for their receiver
 )

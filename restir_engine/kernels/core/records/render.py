@@ -60,7 +60,6 @@ INTEGRATOR = record(
     "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.subsurface.method_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
     "media",  # int64 [5]: code for media that paths cross; see kernels.volume.calls
-    "camera_in_media",  # 1: camera rays may start inside a medium
 )
 FILTER_TABLE_SIZE = 1025
 

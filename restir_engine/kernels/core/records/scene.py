@@ -46,9 +46,11 @@ SCENE = record(
     "world_material",  # program of the world, -1: black
     "world_table",  # owned by scene.world: importance map
     "world_seen_by",
-    "camera",  # CAMERA, for nodes that read camera coordinates
     "flags",
     ("bounds", 6),  # min and max of all instances
+    # What belongs to a frame; see context.FrameContext.
+    "camera",  # CAMERA, for nodes that read camera coordinates
+    "camera_in_media",  # 1: camera rays may start inside a medium
 )
 SCENE_HAS_TRANSPARENT = 1
 SCENE_HAS_SUBSURFACE = 2
