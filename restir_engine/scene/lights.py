@@ -107,7 +107,7 @@ class LightTable:
         scene.record["light_table"] = address(self._record)
 
     def point_entries(self, scene) -> np.ndarray:
-        """LIGHT_TABLE.point_entries for a frame that lights by kept points (kernels.lights.points); after the commit."""
+        """LIGHT_TABLE.point_entries of a frame that lights by kept points (kernels.lights.points); after `commit`."""
         emits = ((scene.shaders.materials["flags"] & rec.MATERIAL_EMITS) != 0).any()
         return point_entries(np.unique(self.lamps["kind"]), bool(emits), scene.world.material >= 0)
 
