@@ -18,8 +18,8 @@ from collections.abc import Iterator
 
 import bpy
 
-from tests.images import render
-from tests.images.measures import relmse
+from testing.blender import render
+from testing.measures import relmse
 
 from . import scenes
 

@@ -1,32 +1,27 @@
 """How far RESTIR's mean is from PATH's, by kind of reuse: `python -m benchmarks.bias [LIGHT] [--seeds N] [--moving]`.
 
-Direct light alone (no bounces) of the room of tests/unit/pictures.py at 32 × 32 pixels. Prints a table in Markdown:
+Direct light alone (no bounces) of the room of testing/scenes/rooms.py at 32 × 32 pixels. Prints a table in Markdown:
 the relative difference of the mean luminance and its standard error over independent renders, relMSE of 8 samples, the
 time of all on the CPU.
 
-With --moving the last of four frames at 96 × 96 pixels, by what moves (tests/unit/moving_scenes.py): bias of the mean,
+With --moving the last of four frames at 96 × 96 pixels, by what moves (testing/scenes/moving.py): bias of the mean,
 with the frame's own candidates as control variate; and how the biases of 36 blocks of the picture spread, in their
 standard errors. With --visibility what visibility that is reused or averaged does to V̄ and the picture, in the scene of
-tests/unit/test_visibility_reuse.py.
+testing/scenes/card.py.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "unit"))
-
-import test_visibility_reuse as visibility_reuse
-from moving_scenes import MOVES, animation, bias, histories
-from pictures import LIGHTS, picture_scene, render
-
 from restir_engine.integrators.restir.passes import ReusePlan
+from testing.scenes import card
+from testing.scenes.moving import MOVES, animation, bias, histories
+from testing.scenes.rooms import LIGHTS, picture_scene, render
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 UNBIASED_MIS = ("BALANCE", "PAIRWISE", "DEFENSIVE", "CONTRIBUTION")
@@ -123,16 +118,16 @@ def moving(seeds: int, only: str) -> None:
 
 def averaged_visibility(seeds: int) -> None:
     """Print the table of --visibility."""
-    scene = visibility_reuse.card()
-    truth = visibility_reuse.converged(scene)
+    scene = card.card()
+    truth = card.converged(scene)
     known = None
     print("| | variance of V̄ | bias % | standard error % | RMS of the pixels' biases % |\n|---|---|---|---|---|")
-    for name, reuse in visibility_reuse.REUSES.items():
-        images, v = visibility_reuse.pictures(scene, *reuse, seeds)
-        known = visibility_reuse.always_known(v) if known is None else known
+    for name, reuse in card.REUSES.items():
+        images, v = card.pictures(scene, *reuse, seeds)
+        known = card.always_known(v) if known is None else known
         variance = np.nanvar(v[:, known], 0, ddof=1).mean()
-        off, error = visibility_reuse.bias(images, truth)
-        rms = visibility_reuse.structure(images, truth)
+        off, error = card.bias(images, truth)
+        rms = card.structure(images, truth)
         print(f"| {name} | {variance:.4f} | {100 * off:+.2f} | {100 * error:.2f} | {100 * rms:.1f} |", flush=True)
 
 

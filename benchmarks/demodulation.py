@@ -20,9 +20,9 @@ from restir_engine import properties
 from restir_engine.denoise import filter_image
 from restir_engine.session import Session
 from restir_engine.sync.depsgraph import build_scene
-from tests.images import kit, render
-from tests.images.measures import flip, srgb
-from tests.images.registry import Scene
+from testing.blender import kit, render
+from testing.blender.registry import Scene
+from testing.measures import flip, srgb
 
 from .scatter_bodies import head
 

@@ -9,21 +9,17 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-from tests.images.measures import block_error, flip
+from restir_engine.scene.lamps import area_lamp
+from testing.measures import block_error, flip
+from testing.scenes.lights import matrix
+from testing.scenes.scattering import look, render, scatter_scene, subsurface_program
 
 from .scatter_bodies import BODIES
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
-from light_scenes import matrix
-from scatter_scenes import look, render, scatter_scene, subsurface_program
-
-from restir_engine.scene.lamps import area_lamp
 
 MEAN_FREE_PATHS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 COLORS = (0.3, 0.6, 0.9)

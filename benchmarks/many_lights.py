@@ -19,8 +19,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from tests.images import kit, render
-from tests.images.measures import relmse
+from testing.blender import kit, render
+from testing.measures import relmse
 
 from . import scenes
 from .against_cycles import timed

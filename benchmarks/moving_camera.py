@@ -8,16 +8,9 @@ Prints the ratio of their relMSE against a converged picture; direct light alone
 from __future__ import annotations
 
 import argparse
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "unit"))
-
-from light_scenes import emission_program, matrix
-from pictures import CUBE, QUAD, Builder, coated, diffuse, look, render, scaled
 
 from benchmarks.bias import relmse
 from restir_engine.context import FrameContext
@@ -28,6 +21,9 @@ from restir_engine.integrators.restir.passes import Passes, ReusePlan
 from restir_engine.kernels.core.records import RAY_ALL, RAY_CAMERA
 from restir_engine.scene.lamps import point_lamp
 from restir_engine.settings import RenderSettings, required_passes
+from testing.scenes.lights import emission_program, matrix
+from testing.scenes.rooms import Builder, coated, diffuse, look, render, scaled
+from testing.scenes.shapes import CUBE, QUAD
 
 FRAMES = 17
 

@@ -1,6 +1,6 @@
 """Which settings of RESTIR have the lowest error at equal time: `python -m benchmarks.restir_defaults [LIGHT …]`.
 
-The room of tests/unit/pictures.py at 64 × 64 pixels. Time is that of the processor on one thread, so that a busy
+The room of testing/scenes/rooms.py at 64 × 64 pixels. Time is that of the processor on one thread, so that a busy
 machine does not blur it. Noise is relMSE (the worst 0.1 % of the pixels left out) against many samples of PATH; as it
 goes with one over time, `noise x time` ranks settings. Prints a table in Markdown, PATH = 1.
 """
@@ -8,15 +8,11 @@ goes with one over time, `noise x time` ranks settings. Prints a table in Markdo
 from __future__ import annotations
 
 import argparse
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "unit"))
-
-from pictures import LIGHTS, picture_scene, render
+from testing.scenes.rooms import LIGHTS, picture_scene, render
 
 from .bias import relmse
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
-from tests.images import kit, render
-from tests.images.registry import Scene
+from testing.blender import kit, render
+from testing.blender.registry import Scene
 
 
 def diffuse() -> None:

@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator
 
 import bpy
 
-from tests.images import kit, render
-from tests.images.measures import relmse
-from tests.images.registry import Scene
+from testing.blender import kit, render
+from testing.blender.registry import Scene
+from testing.measures import relmse
 
 from .against_cycles import ENGINES, Row, timed
 

@@ -18,7 +18,7 @@ def resident_peak() -> int:
 
 def memory(engine: str) -> dict:
     """What rendering the million triangles adds to the peak of a process that has built them, in bytes."""
-    from tests.images import render
+    from testing.blender import render
 
     from . import scenes
 
@@ -33,7 +33,7 @@ def memory(engine: str) -> dict:
 
 def first_pixel(engine: str) -> dict:
     """Seconds of the first render in a process: one sample at 640 × 360, kernels from the cache."""
-    from tests.images import render
+    from testing.blender import render
 
     from . import scenes
 
@@ -48,7 +48,7 @@ def compilation() -> dict:
     """Seconds of the first renders with an empty cache, and seconds by function without the functions it calls."""
     from numba.core import event
 
-    from tests.images import render
+    from testing.blender import render
 
     from . import scenes
 
@@ -97,7 +97,7 @@ def kernel_seconds(name: str, samples: str, questions: str) -> dict:
     from restir_engine import properties
     from restir_engine.session import Session
     from restir_engine.sync.depsgraph import build_scene
-    from tests.images import render
+    from testing.blender import render
 
     from . import scenes
 

@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from node_parity import emission
 
 from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.scene.warnings import Warnings
@@ -12,6 +11,7 @@ from restir_engine.sync.depsgraph import build_scene
 from restir_engine.sync.materials import Materials
 from restir_engine.sync.nodes.registry import CLOSURES, NODES
 from restir_engine.sync.nodes.sockets import kind_of
+from testing.blender.nodes import emission
 
 
 def shader_nodes() -> list[str]:

@@ -4,18 +4,14 @@ One quad a material in a row, an orthographic camera and no light between the qu
 """
 
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
-sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
-
-from lobe_bench import Surface  # noqa: E402
 
 from restir_engine.kernels.lobes import BSDF_NODES  # noqa: E402
+from testing.kernels.lobes import Surface  # noqa: E402
 
 DIFFUSE, PRINCIPLED, GLOSSY, METALLIC, GLASS, REFRACTION, TRANSLUCENT, SHEEN, TOON = (
     f"ShaderNodeBsdf{name}"

@@ -5,13 +5,12 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from test_panels import ui  # noqa: F401
 
 from restir_engine.presets import MEDIA
 
 
 @pytest.fixture
-def operator(scene, ui):  # noqa: F811
+def operator(scene, ui):
     """The operator's class, registered."""
     module = importlib.import_module(f"{ui.__name__.rpartition('.')[0]}.operators.medium_presets")
     cls = module.RESTIR_OT_medium_preset

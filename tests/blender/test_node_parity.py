@@ -3,9 +3,9 @@
 import bpy
 import numpy as np
 import pytest
-from node_parity import add_node, compare
 
 from restir_engine.kernels.shading import opcodes as ops
+from testing.blender.nodes import add_node, compare
 
 TOLERANCE = 2e-4  # Cycles works in float32 and its sample lies up to 0.005 pixels off the middle
 

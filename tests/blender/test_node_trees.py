@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from node_parity import add_node, compare, emission
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.scene.scene import Scene
@@ -11,6 +10,7 @@ from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
 from restir_engine.sync.materials import Materials
 from restir_engine.sync.nodes.registry import NODES
+from testing.blender.nodes import add_node, compare, emission
 
 TOLERANCE = 2e-4
 

@@ -1,26 +1,11 @@
 """Every panel draws, and every property that it shows exists; Blender's own panels show where they should."""
 
-import importlib.util
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
-import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module")
-def ui():
-    """The package `ui`, imported as part of the extension."""
-    name = "restir_checkout"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(
-            name, ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
-        )
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-    return importlib.import_module(f"{name}.ui")
 
 
 class Layout:

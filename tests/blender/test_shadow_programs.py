@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from node_parity import _add_camera, _add_grid, add_node
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.core.jit import kernel
@@ -17,6 +16,7 @@ from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.kernels.shading.interpreter import shader_eval
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
+from testing.blender.nodes import _add_camera, _add_grid, add_node
 
 
 @kernel

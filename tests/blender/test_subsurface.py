@@ -5,7 +5,6 @@ import math
 import bpy
 import numpy as np
 import pytest
-from node_parity import add_node
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.core.jit import kernel
@@ -14,6 +13,7 @@ from restir_engine.kernels.lobes import closure as c
 from restir_engine.kernels.shading.interpreter import shader_eval
 from restir_engine.scene.scene import Scene
 from restir_engine.sync.materials import Materials
+from testing.blender.nodes import add_node
 
 NEW = bpy.app.version >= (5, 2, 0)
 NODE, PRINCIPLED = "ShaderNodeSubsurfaceScattering", "ShaderNodeBsdfPrincipled"

@@ -4,7 +4,6 @@ import math
 
 import bpy
 import numpy as np
-import probe
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
@@ -12,6 +11,7 @@ from mathutils import Vector
 from restir_engine.scene.errors import SceneError
 from restir_engine.scene.warnings import Warnings
 from restir_engine.sync.camera import pixel_size, sync_camera, view_camera
+from testing.blender import probe
 
 EXTENT = 8.0
 

@@ -4,13 +4,13 @@ import math
 
 import bpy
 import numpy as np
-import probe
 import pytest
 from mathutils import Matrix
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.scene import names
 from restir_engine.scene.errors import SceneError
+from testing.blender import probe
 
 
 @pytest.fixture

@@ -5,13 +5,13 @@ import math
 import bmesh
 import bpy
 import numpy as np
-import probe
 import pytest
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.scene import names
 from restir_engine.scene.scene import Scene
 from restir_engine.sync.mesh import read_mesh
+from testing.blender import probe
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ from functools import partial
 import bpy
 import numpy as np
 import pytest
-from node_parity import add_node, compare
+
+from testing.blender.nodes import add_node, compare
 
 SMOOTH = 2e-4  # textures at the points that rays hit: Cycles' sample lies up to 0.005 pixels off the middle
 SNAPPED = 5e-5  # float32 noise sums against ours at equal coordinates

@@ -5,10 +5,10 @@ import warnings
 import bpy
 import numpy as np
 import pytest
-from test_light_parity import SIZE, cycles, plane_irradiance, stage  # noqa: F401
 
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
+from testing.blender.plane import SIZE, cycles, plane_irradiance
 
 
 def world_tree():
@@ -44,7 +44,7 @@ def environment_image(path, size=(64, 32)):
     return loaded
 
 
-def test_environment_image(stage, tmp_path):  # noqa: F811
+def test_environment_image(stage, tmp_path):
     tree, background = world_tree()
     texture = tree.nodes.new("ShaderNodeTexEnvironment")
     texture.image = environment_image(tmp_path)
@@ -60,7 +60,7 @@ def test_environment_image(stage, tmp_path):  # noqa: F811
 
 
 @pytest.mark.parametrize("elevation", [0.6, 0.05])
-def test_sky_with_sun(elevation, stage, tmp_path):  # noqa: F811
+def test_sky_with_sun(elevation, stage, tmp_path):
     tree, background = world_tree()
     sky = tree.nodes.new("ShaderNodeTexSky")
     sky.sky_type = "NISHITA" if bpy.app.version < (5, 0, 0) else "MULTIPLE_SCATTERING"
@@ -72,7 +72,7 @@ def test_sky_with_sun(elevation, stage, tmp_path):  # noqa: F811
     assert mine.mean() == pytest.approx(reference.mean(), rel=5e-3)
 
 
-def test_world_that_the_camera_sees_differs(stage, tmp_path):  # noqa: F811
+def test_world_that_the_camera_sees_differs(stage, tmp_path):
     """Light Path: the camera sees red, the plane is lit by a gradient of white."""
     tree, background = world_tree()
     path, mix = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMix")
@@ -93,7 +93,7 @@ def test_world_that_the_camera_sees_differs(stage, tmp_path):  # noqa: F811
 
 
 @pytest.mark.parametrize("textured", [False, True])
-def test_emissive_mesh(textured, stage, tmp_path):  # noqa: F811
+def test_emissive_mesh(textured, stage, tmp_path):
     mesh = bpy.data.meshes.new("lamp")
     mesh.from_pydata([(-1, -1, 1), (1, -1, 1), (1, 1, 1.5), (-1, 1, 1.5)], [], [(3, 2, 1, 0)])
     material = bpy.data.materials.new("glow")

@@ -4,7 +4,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from . import render, scenes  # noqa: E402
+from testing.blender import render, scenes  # noqa: E402
 
 
 @pytest.fixture(scope="module", autouse=True)

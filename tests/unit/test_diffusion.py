@@ -6,11 +6,12 @@ estimated from the scatter of the pixels, which see the same thing.
 
 import numpy as np
 import pytest
-from light_scenes import matrix
-from scatter_scenes import PARTS, Mesh, look, render, scatter_scene, subsurface_program
-from test_diffusion_probe import icosphere
 
 from restir_engine.scene.lamps import point_lamp
+from restir_engine.scene.mesh import Mesh
+from testing.scenes.lights import matrix
+from testing.scenes.scattering import PARTS, look, render, scatter_scene, subsurface_program
+from testing.scenes.shapes import icosphere
 
 BALL = Mesh(*icosphere(1.0))
 

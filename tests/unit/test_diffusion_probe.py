@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from light_scenes import matrix
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.core import rng
@@ -13,10 +12,9 @@ from restir_engine.kernels.core.memory import address, load_f64, store_f64
 from restir_engine.kernels.core.vec import dot, load3_f64
 from restir_engine.kernels.subsurface import probe as pr
 from restir_engine.kernels.subsurface.profile import F_REACH, REACH, profile
-from restir_engine.scene.instances import build_instances
-from restir_engine.scene.mesh import Mesh
-from restir_engine.scene.scene import Scene
-from restir_engine.scene.shaders import Program
+from testing.scenes.lights import matrix
+from testing.scenes.scattering import scene_of
+from testing.scenes.shapes import icosphere, sheets
 
 
 @kernel
@@ -37,45 +35,6 @@ def integrate(scene, scratch, note, x, n, w, d, samples, seed, out):
             for c in range(3):
                 if pdf > 0.0 and r <= REACH * scales[c]:
                     store_f64(out, 4 * i + c, load_f64(out, 4 * i + c) + profile(r, scales[c]) / pdf)
-
-
-def scene_of(vertices, triangles, placement=None) -> Scene:
-    """A committed scene of one object that scatters light."""
-    scene = Scene()
-    scene.shaders.add(Program(flags=rec.MATERIAL_SUBSURFACE))
-    scene.meshes = [Mesh(np.asarray(vertices, np.float32), np.asarray(triangles, np.uint32))]
-    scene.material_slots = np.zeros(1, np.int32)
-    place = (matrix() if placement is None else np.asarray(placement)).reshape(1, 12)
-    scene.instances = build_instances(place, np.zeros(1, int), n_materials=1, seen_by=rec.RAY_ALL)
-    scene.commit()
-    return scene
-
-
-def sheets(*heights, size=3000.0):
-    """Horizontal planes, of one triangle each: a ray along an edge meets both of its triangles."""
-    vertices = [(x, y, z) for z in heights for x, y in ((-size, -size), (size, -size), (0.0, size))]
-    return vertices, np.arange(3 * len(heights)).reshape(-1, 3)
-
-
-def icosphere(radius: float, rounds: int = 5):
-    """Vertices on a sphere, scaled so that the polyhedron has its area."""
-    g = (1.0 + math.sqrt(5.0)) / 2.0
-    v = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g), (0, -1, -g), (0, 1, -g),
-         (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]  # fmt: skip
-    f = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6),
-         (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10),
-         (8, 6, 7), (9, 8, 1)]  # fmt: skip
-    vertices, faces = np.array(v, float), np.array(f)
-    for _ in range(rounds):
-        edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-        unique, inverse = np.unique(edges, axis=0, return_inverse=True)
-        middle = (len(vertices) + inverse.reshape(3, -1)).T
-        vertices = np.concatenate([vertices, vertices[unique].mean(axis=1)])
-        vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
-        a, b, c = faces.T
-        ab, bc, ca = middle.T
-        faces = np.concatenate([np.stack(s, 1) for s in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
-    return radius * vertices, faces
 
 
 def means(scene, x, n, scales, samples=20_000, seed=3, weights=(1 / 3, 1 / 3, 1 / 3)):

@@ -2,24 +2,18 @@
 
 import numpy as np
 import pytest
-from light_scenes import matrix
-from scatter_scenes import PARTS, Mesh, look, render, scatter_scene, subsurface_program
 from scipy.special import expn
-from test_diffusion_probe import icosphere, sheets
-from test_slabs import COSINES, DIFFUSE
 
 from restir_engine.kernels.subsurface.slabs import albedo_of, ball, single
 from restir_engine.scene.lamps import area_lamp
+from restir_engine.scene.mesh import Mesh
+from testing.measures import blocks
+from testing.scenes.lights import matrix
+from testing.scenes.scattering import COSINES, DIFFUSE, PARTS, look, render, scatter_scene, slab, subsurface_program
+from testing.scenes.shapes import icosphere
 
 BALL = Mesh(*icosphere(1.0))
 BOUNDARY, SINGLE, MULTIPLE = PARTS
-
-
-def slab(b: float) -> Mesh:
-    """Two planes b apart, seen from above."""
-    vertices, triangles = sheets(0.0, -b)
-    triangles[1] = triangles[1][::-1]
-    return Mesh(vertices, triangles)
 
 
 def color_of(alpha: float) -> float:
@@ -83,12 +77,6 @@ def test_methods_agree_on_a_dense_object(entry, g):
     for method in ("HYBRID", "DIFFUSION"):
         mean, own = furnace(BALL, program, sss_method=method)["Combined"]
         np.testing.assert_array_less(np.abs(mean / walk - 1.0), 0.01 + 3.0 * (error + own) / walk, method)
-
-
-def blocks(image: np.ndarray) -> np.ndarray:
-    """Means (blocks, 8 × 8 pixels, rgb) over an image."""
-    h, w, _ = image.shape
-    return image.reshape(h // 8, 8, w // 8, 8, 3).swapaxes(1, 2).reshape(-1, 64, 3)
 
 
 SHAPES = {"ball": BALL, "slab": slab(0.4)}

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from light_scenes import matrix
-from scatter_scenes import PARTS, Mesh, look, render, scatter_scene, singular_program, subsurface_program
-from test_diffusion_probe import icosphere
-from test_hybrid import blocks
 
 from restir_engine.kernels.lobes.nodes import GLASS, GLOSSY
 from restir_engine.scene.lamps import area_lamp
+from restir_engine.scene.mesh import Mesh
+from testing.measures import blocks
+from testing.scenes.lights import matrix
+from testing.scenes.scattering import PARTS, look, render, scatter_scene, singular_program, subsurface_program
+from testing.scenes.shapes import icosphere
 
 BOUNDARY, SINGLE, _ = PARTS
 COLOR, IOR = (0.9, 0.7, 0.5), 1.5

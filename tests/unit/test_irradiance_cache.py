@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-from light_scenes import matrix
-from scatter_scenes import look, render, scatter_scene, subsurface_program
-from test_hybrid import slab
 
 from restir_engine.integrators.irradiance_cache import IrradianceCache
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address
 from restir_engine.kernels.subsurface import irradiance_cache as at
 from restir_engine.scene.lamps import area_lamp
+from testing.scenes.lights import matrix
+from testing.scenes.scattering import look, render, scatter_scene, slab, subsurface_program
 
 
 @kernel

@@ -73,6 +73,29 @@ def test_package_imports_itself_relatively(path):
         assert not any((name or "").split(".")[0] == "restir_engine" for name in names), f"line {node.lineno}"
 
 
+# What a folder must not import: tests and benchmarks stand on `testing`, and not on each other.
+APART = {
+    "restir_engine": {"testing", "tests", "benchmarks"},
+    "operators": {"testing", "tests", "benchmarks"},
+    "ui": {"testing", "tests", "benchmarks"},
+    "testing": {"tests", "benchmarks"},
+    "benchmarks": {"tests"},
+    "tests": {"tests", "benchmarks"},
+}
+ALL_SOURCES = sorted(path for folder in APART for path in (ROOT / folder).rglob("*.py"))
+LOCAL = {path.stem for path in (ROOT / "tests").rglob("*.py")}
+
+
+@pytest.mark.parametrize("path", ALL_SOURCES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_nothing_stands_on_tests(path):
+    folder = path.relative_to(ROOT).parts[0]
+    for module, node in imports(path):
+        first = module.split(".")[0]
+        assert first not in APART[folder] and first not in LOCAL, f"line {node.lineno}: {folder} imports {module}"
+    added = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Attribute) and n.attr == "path"]
+    assert not any(isinstance(n.value, ast.Name) and n.value.id == "sys" for n in added), "sys.path is left alone"
+
+
 def test_versions_of_wheels_are_those_of_the_development_install():
     import tomllib
 

@@ -4,45 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from light_kernels import draw
-from light_scenes import emission_program, lamp_scene, matrix, mesh_scene
-from place_kernels import keep, place
-from test_lights import LAMPS, POINTS, WHITE
 
 from restir_engine.kernels.core import records as rec
-from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
-from restir_engine.scene.scene import Scene
-from restir_engine.scene.world import World
-
-ABOVE = matrix((0.0, 0.0, 2.0))
-DELTAS = {
-    "point": point_lamp(ABOVE, WHITE, 0.0),
-    "spot": spot_lamp(ABOVE, WHITE, 0.0, 1.5, 0.2),
-    "sun delta": sun_lamp(ABOVE, WHITE, 0.0),
-    "beam": area_lamp(ABOVE, WHITE, 3.0, 2.0, spread=0.0),
-}
-
-
-def quad():
-    """A quad and a far triangle that emit, in two placements, one mirrored."""
-    vertices = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (60, 60, 0), (62, 60, 1), (60, 61, 0)]
-    matrices = [matrix((0.5, 0.2, 2.0), (0.3, 0.1, 1.0)), matrix((-2.0, 0.0, 1.0)) * [-1.0, 0.7, 1.0, 1.0]]
-    return mesh_scene(vertices, [(0, 1, 2), (0, 2, 3), (4, 5, 6)], emission_program((2.0, 1.0, 0.5)), matrices)
-
-
-def sky():
-    """A world of constant radiance that is sampled by a map."""
-    scene = Scene()
-    scene.world = World(material=scene.shaders.add(emission_program((1.0, 2.0, 3.0))), map_width=32)
-    scene.commit()
-    return scene
-
-
-SCENES = {name: (lambda lamp=lamp: lamp_scene(lamp)) for name, lamp in (LAMPS | DELTAS).items()} | {
-    "triangles": quad,
-    "world": sky,
-    "all": lambda: lamp_scene(*LAMPS.values(), *DELTAS.values()),
-}
+from restir_engine.scene.lamps import point_lamp
+from testing.kernels.light_points import keep, place
+from testing.kernels.lights import draw
+from testing.scenes.lamps import ABOVE, LAMPS, POINTS, SCENES, WHITE, sky
+from testing.scenes.lights import lamp_scene
 
 
 @pytest.mark.parametrize("point", POINTS)

@@ -4,11 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from light_kernels import scratch_memory, seen
-from light_scenes import emission_program, lamp_scene, matrix
-from test_light_places import DELTAS, SCENES, quad
-from test_lights import LAMPS, WHITE
-from tile_kernels import from_tiles, resample
 
 from restir_engine.context import FrameContext
 from restir_engine.kernels.core import records as rec
@@ -16,6 +11,10 @@ from restir_engine.kernels.lights import tile_weights
 from restir_engine.scene.lamps import point_lamp, sun_lamp
 from restir_engine.scene.light_tiles import LightTiles
 from restir_engine.scene.world import World
+from testing.kernels.light_tiles import from_tiles, resample
+from testing.kernels.lights import scratch_memory, seen
+from testing.scenes.lamps import DELTAS, LAMPS, SCENES, WHITE, quad
+from testing.scenes.lights import emission_program, lamp_scene, matrix
 
 PLACE = (0.3, 0.1, 0.2)
 

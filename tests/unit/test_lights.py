@@ -4,39 +4,15 @@ import math
 
 import numpy as np
 import pytest
-from light_kernels import draw, seen
-from light_scenes import emission_program, lamp_scene, matrix
 from scipy.stats import chi2
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes.closure import LOBE_LAMBERT
 from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
-
-WHITE = (1.0, 1.0, 1.0)
-DOWN = matrix((0.2, -0.1, 2.0), (0.1, 0.0, 1.0))  # shines along -z of this, towards the origin
-ASIDE = matrix((1.5, 0.5, 1.0), (0.6, 0.3, 1.0))
-
-# (name, lamp, points from which it is sampled)
-LAMPS = {
-    "point disk": point_lamp(DOWN, WHITE, 0.7),
-    "point sphere": point_lamp(DOWN, WHITE, 0.7, soft=False),
-    "spot disk": spot_lamp(DOWN, WHITE, 0.4, 0.9, 0.5),
-    "spot sphere": spot_lamp(DOWN, WHITE, 0.7, 1.2, 0.5, soft=False),
-    "spot narrow": spot_lamp(DOWN, WHITE, 1.0, 0.3, 0.2, soft=False),
-    "spot stretched": spot_lamp(DOWN * [2.0, 0.5, 1.0, 1.0], WHITE, 0.5, 0.8, 0.5, soft=False),
-    "area rectangle": area_lamp(DOWN, WHITE, 2.0, 1.0),
-    "area aside": area_lamp(ASIDE, WHITE, 3.0, 2.0),
-    "area disk": area_lamp(DOWN, WHITE, 1.5, 1.5, ellipse=True),
-    "area ellipse": area_lamp(DOWN, WHITE, 2.5, 1.0, ellipse=True),
-    "area scaled": area_lamp(DOWN * [2.0, 0.5, 1.0, 1.0], WHITE, 1.0, 1.0),
-    "area spread": area_lamp(DOWN, WHITE, 2.0, 1.5, spread=0.6),
-    "area disk spread": area_lamp(DOWN, WHITE, 2.0, 2.0, ellipse=True, spread=0.5),
-    "area ellipse spread": area_lamp(DOWN, WHITE, 2.0, 3.0, ellipse=True, spread=1.5),
-    "area distant": area_lamp(matrix((0.0, 0.0, 900.0)), WHITE, 1e-3, 2e-3),
-    "sun": sun_lamp(DOWN, WHITE, 0.5),
-    "sun small": sun_lamp(DOWN, WHITE, 0.00918),
-}
-POINTS = [(0.0, 0.0, 0.0), (0.6, 0.3, 0.9)]
+from testing.kernels.lights import draw, irradiance, seen
+from testing.measures import close, polygon_irradiance
+from testing.scenes.lamps import LAMPS, POINTS, UP, WHITE
+from testing.scenes.lights import emission_program, lamp_scene, matrix
 
 
 @pytest.mark.parametrize("point", POINTS)
@@ -94,31 +70,7 @@ def test_chi_squared(name, point):
     assert abs(expected.sum() - len(drawn)) < 4.0 * math.sqrt(n) * 0.5 + 0.01 * n
 
 
-def irradiance(scene, point, normal, n=40_000, seed=3):
-    """(mean, standard error) of the irradiance at a point of a plane, red channel."""
-    s = draw(scene, point, n, seed)
-    cos = np.maximum(s[:, 1:4] @ np.asarray(normal, float), 0.0)
-    value = np.where(s[:, 0] > 0.0, s[:, 5] * cos / np.where(s[:, 4] > 0.0, s[:, 4], 1.0), 0.0)
-    return value.mean(), value.std() / math.sqrt(n)
-
-
-def close(estimate, exact, relative=2e-4):
-    mean, error = estimate
-    assert abs(mean - exact) < 4.0 * error + relative * exact, (mean, exact, error)
-
-
-UP = (0.0, 0.0, 1.0)
 ABOVE = matrix((0.0, 0.0, 2.0))
-
-
-def polygon_irradiance(corners, point, normal):
-    """Lambert's formula for a polygon of radiance 1."""
-    v = [(c - point) / np.linalg.norm(c - point) for c in np.asarray(corners, float)]
-    total = 0.0
-    for a, b in zip(v, v[1:] + v[:1], strict=True):
-        axis = np.cross(a, b)
-        total += math.acos(np.clip(a @ b, -1, 1)) * (axis / np.linalg.norm(axis)) @ normal
-    return abs(total) / 2.0
 
 
 def test_sphere_light():

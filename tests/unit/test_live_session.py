@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from light_scenes import matrix
-from pictures import QUAD, Builder, diffuse, look, scaled
 
 from restir_engine.live_session import SMALL, LiveSession, in_motion, smaller
 from restir_engine.scene.lamps import point_lamp
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
+from testing.scenes.lights import matrix
+from testing.scenes.rooms import Builder, diffuse, look, scaled
+from testing.scenes.shapes import QUAD
 
 SIZE = 48
 SETTINGS = RenderSettings(samples=4, max_bounces=0, seed=3, threads=1)

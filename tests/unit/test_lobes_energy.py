@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from lobe_bench import Surface, direction
+
+from testing.kernels.lobes import Surface, direction
 
 KINDS = {
     "diffuse": ("ShaderNodeBsdfDiffuse", {"Color": 1.0}),

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from lobe_bench import Surface, direction
+
+from testing.kernels.lobes import Surface, direction
 
 GLOSSY, PRINCIPLED = "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfPrincipled"
 

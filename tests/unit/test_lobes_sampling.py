@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from lobe_bench import Surface, direction
 from scipy.stats import chi2
+
+from testing.kernels.lobes import Surface, direction
 
 GLOSSY, GLASS, PRINCIPLED = "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlass", "ShaderNodeBsdfPrincipled"
 TANGENT = (0.8, 0.6, 0.0)

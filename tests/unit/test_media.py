@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from media_scenes import along_y, cube, medium, picture, stage
-from pictures import QUAD, WHITE, diffuse, look, matrix, render, scaled
 
 from restir_engine.kernels.core.records import MAX_MEDIA
 from restir_engine.scene.lamps import point_lamp, sun_lamp
+from testing.scenes.lights import matrix
+from testing.scenes.media import along_y, cube, medium, picture, stage
+from testing.scenes.rooms import WHITE, diffuse, look, render, scaled
+from testing.scenes.shapes import QUAD
 
 SIGMA = np.array([0.2, 1.0, 3.0])
 

@@ -6,12 +6,13 @@ three error bars (of 16 images each: one block of 36 may be further off).
 
 import numpy as np
 import pytest
-from media_scenes import OUTWARD
-from pictures import compare
+
+from testing.measures import compare
+from testing.scenes.shapes import OUTWARD
 
 pytest.importorskip("mitsuba")
 
-from mitsuba_media import ball, mitsuba_frames, our_frames, our_scene
+from testing.mitsuba.media import ball, mitsuba_frames, our_frames, our_scene
 
 # Shape, extinction, single-scattering albedo, g, (roughness, ior) of the glass, samples of each of the 16 images.
 CASES = {

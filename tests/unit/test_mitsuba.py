@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scatter_scenes
-from scatter_scenes import scatter_scene, subsurface_program
-from walk_bench import ball, box
 
+import testing.mitsuba
 from restir_engine.scene.lamps import point_lamp
 from restir_engine.scene.mesh import Mesh
+from testing.scenes import scattering
+from testing.scenes.scattering import scatter_scene, subsurface_program
+from testing.scenes.shapes import ball, box
 
 SIZE, BLOCK, SEEDS = 48, 8, 6
 T99 = 3.7  # errors of a block are worked out from few pictures: beyond so many of them lies one block in 200
@@ -51,11 +52,11 @@ def ours(shape, color, radius, g, samples):
     program = subsurface_program(color, radius, g, entry="DIFFUSE")
     place = np.column_stack([np.eye(3), LAMP])
     scene = scatter_scene(Mesh(*shape), program, [point_lamp(place, 4.0 * np.pi * POWER * np.ones(3), 0.0)])
-    scatter_scenes.look(scene, EYE, width=SIZE, height=SIZE, size=WIDTH).commit()
+    scattering.look(scene, EYE, width=SIZE, height=SIZE, size=WIDTH).commit()
     bounces = {f"{kind}_bounces": 1000 for kind in ("max", "diffuse", "glossy", "transmission")}
     settings = {"exact_walks": True, "sss_after_diffuse": "ALWAYS", "threads": 2, **bounces}
     return np.stack([
-        scatter_scenes.render(scene, samples, seed=seed, **settings)["Combined"][:, :, :3] for seed in range(SEEDS)
+        scattering.render(scene, samples, seed=seed, **settings)["Combined"][:, :, :3] for seed in range(SEEDS)
     ])  # fmt: skip
 
 
@@ -69,7 +70,7 @@ def theirs(shape, color, radius, g, samples, folder):
         "eye": EYE, "width": WIDTH, "lamp": LAMP, "power": POWER,
     }  # fmt: skip
     (folder / "scene.json").write_text(json.dumps(data))
-    script = Path(__file__).with_name("mitsuba_boundary.py")
+    script = Path(testing.mitsuba.__file__).with_name("boundary.py")
     command = [sys.executable, str(script), str(folder / "scene.json"), str(folder / "pictures.npy")]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:

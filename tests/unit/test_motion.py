@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from light_scenes import emission_program, matrix
 
 from restir_engine.integrators.resampling.motion import (
     Motion,
@@ -22,6 +21,7 @@ from restir_engine.scene.instances import build_instances
 from restir_engine.scene.lamps import point_lamp, sun_lamp
 from restir_engine.scene.mesh import Mesh
 from restir_engine.scene.scene import Scene
+from testing.scenes.lights import emission_program, matrix
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], np.float32)
 

@@ -12,7 +12,6 @@ import math
 import numpy as np
 import pytest
 from scipy.stats import kstest
-from test_diffusion_probe import icosphere, scene_of, sheets
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.core.jit import kernel
@@ -20,6 +19,8 @@ from restir_engine.kernels.core.memory import address, load_f64, store_f64
 from restir_engine.kernels.core.vec import load3_f64
 from restir_engine.kernels.subsurface import probe as pr
 from restir_engine.kernels.subsurface.profile import F_REACH, REACH
+from testing.scenes.scattering import scene_of
+from testing.scenes.shapes import icosphere, sheets
 
 SCALES, WEIGHTS = np.array([0.1, 0.2, 0.4]), np.array([0.5, 0.3, 0.2])
 # Lines through the point below x, towards its plane or of any direction, and lines along the normal and the tangents.

@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 import pytest
-import reuse_toy as toy
 
 from restir_engine.integrators.resampling.mis import BALANCE, CONFIDENCE, CONTRIBUTION, DEFENSIVE, MIS_KINDS, PAIRWISE
 from restir_engine.integrators.resampling.neighbours import disk_neighbour, similar
 from restir_engine.integrators.resampling.reservoir import RESERVOIR, SAMPLE_BYTES
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, store_i64
+from testing.kernels import reuse_toy as toy
 
 UNBIASED = [BALANCE, PAIRWISE, DEFENSIVE, CONTRIBUTION]
 PROPER = [BALANCE, PAIRWISE, DEFENSIVE]  # those whose weights make the vector-valued sum unbiased

@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from light_scenes import matrix
-from media_scenes import cube, medium
-from moving_scenes import frames_of, off
-from pictures import QUAD, UNSEEN, Builder, diffuse, look, program, render, scaled
 
 from restir_engine.integrators.restir.passes import ReusePlan
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import nodes
 from restir_engine.scene.lamps import area_lamp
+from testing.scenes.lights import matrix
+from testing.scenes.media import cube, medium
+from testing.scenes.moving import frames_of, off
+from testing.scenes.rooms import UNSEEN, Builder, diffuse, look, program, render, scaled
+from testing.scenes.shapes import QUAD
 
 SIZE = 24
 

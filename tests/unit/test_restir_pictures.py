@@ -8,7 +8,9 @@ that do not count (+1.0 %, 8), a Jacobian of 1.01 (+0.5 %, 3.4 to 5; CONTRIBUTIO
 
 import numpy as np
 import pytest
-from pictures import LIGHTS, compare, frames, picture_scene
+
+from testing.measures import compare
+from testing.scenes.rooms import LIGHTS, frames, picture_scene
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 SAMPLES, PATH_SAMPLES = 4, 16  # of each render

@@ -5,10 +5,10 @@ Means over independent renders; planted errors miss by far more.
 
 import numpy as np
 import pytest
-from moving_scenes import LUMINANCE, MOVES, animation, bias, frames_of, histories, off
-from pictures import render
 
 from restir_engine.integrators.restir.passes import ReusePlan
+from testing.scenes.moving import LUMINANCE, MOVES, animation, bias, frames_of, histories, off
+from testing.scenes.rooms import render
 
 SIZE, SEEDS = 64, 32
 MOST = 0.005  # of the bias, which must also lie within three standard errors

@@ -4,8 +4,6 @@ import time
 
 import numpy as np
 import pytest
-from light_scenes import matrix
-from pictures import QUAD, Builder, diffuse, look, picture_scene, render, scaled
 
 from restir_engine import session as sessions
 from restir_engine.integrators.restir.integrator import RestirIntegrator
@@ -13,6 +11,9 @@ from restir_engine.scene.lamps import area_lamp
 from restir_engine.scene.warnings import Warnings
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
+from testing.scenes.lights import matrix
+from testing.scenes.rooms import Builder, diffuse, look, picture_scene, render, scaled
+from testing.scenes.shapes import QUAD
 
 SIZE = 72  # pixels: nine tiles, not all of the same size
 REUSE = {"integrator": "RESTIR", "restir_temporal": True, "restir_rounds": 2, "seed": 3}

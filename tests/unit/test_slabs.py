@@ -10,9 +10,7 @@ from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, store_f64
 from restir_engine.kernels.subsurface import albedo
 from restir_engine.kernels.subsurface.slabs import MU, albedo_of, half_space, single, slab_tables, slabs
-
-_X, _W = np.polynomial.legendre.leggauss(24)
-COSINES, DIFFUSE = 0.5 * (_X + 1.0), 0.5 * _W * (_X + 1.0)  # weights of diffuse light
+from testing.scenes.scattering import COSINES, DIFFUSE
 
 
 @kernel

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from lobe_bench import Surface, direction
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import LABEL_SUBSURFACE
 from restir_engine.kernels.lobes import closure as c
+from testing.kernels.lobes import Surface, direction
 
 NODE, PRINCIPLED = "ShaderNodeSubsurfaceScattering", "ShaderNodeBsdfPrincipled"
 COLOR, RADIUS = (0.8, 0.5, 0.2), (1.0, 0.5, 0.25)

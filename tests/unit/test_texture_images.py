@@ -4,7 +4,6 @@ from math import pi
 
 import numpy as np
 import pytest
-from textures import run
 
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.shading.textures import environment, image
@@ -12,6 +11,7 @@ from restir_engine.kernels.shading.textures import opcodes as ops
 from restir_engine.kernels.shading.textures.image import _box_weights
 from restir_engine.scene import sky, sky_multiple
 from restir_engine.scene.images import ImageTable, srgb_decode
+from testing.kernels.textures import run
 
 RNG = np.random.default_rng(11)
 PIXELS = RNG.random((5, 7, 4)).astype(np.float32)

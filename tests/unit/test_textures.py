@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from textures import run
 
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.shading.textures import dispatch, noise, voronoi
 from restir_engine.kernels.shading.textures import opcodes as ops
 from restir_engine.kernels.shading.textures.hashing import cell_point, hash1, hash2, hash3, hash4
+from testing.kernels.textures import run
 
 RNG = np.random.default_rng(7)
 POINTS = RNG.uniform(-20.0, 20.0, (200, 3))

@@ -9,9 +9,10 @@ import iadpython
 import numpy as np
 import pytest
 from scipy.special import expn
-from walk_bench import Body, ball, box, closure, mean, normal_entry
 
 from restir_engine.kernels.lobes.closure import ENTRY_SKIN
+from testing.kernels.walks import Body, closure, mean, normal_entry
+from testing.scenes.shapes import ball, box
 
 TOP = (0, 0.5, 0.25, 0.0, 0.0, 1.0)  # a point of the upper face, seen from above
 BOUND = 0.005

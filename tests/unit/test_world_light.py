@@ -5,14 +5,15 @@ import time
 
 import numpy as np
 import pytest
-from light_kernels import draw, seen, triangle_densities
-from light_scenes import emission_program, lamp_scene, matrix, mesh_scene
 from scipy.stats import chi2
-from test_lights import UP, WHITE, close, irradiance, polygon_irradiance
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.scene.lamps import area_lamp, point_lamp
 from restir_engine.scene.scene import Scene
+from testing.kernels.lights import draw, irradiance, seen, triangle_densities
+from testing.measures import close, polygon_irradiance
+from testing.scenes.lamps import UP, WHITE
+from testing.scenes.lights import emission_program, lamp_scene, matrix, mesh_scene
 
 QUAD = np.array([(-1, -0.5, 2), (1, -0.5, 2), (1, 0.5, 2), (-1, 0.5, 2)], float)
 TWO = [(0, 1, 2), (0, 2, 3)]

@@ -1,7 +1,6 @@
 """Objects that scatter light below their surface, lit and rendered without Blender."""
 
 import numpy as np
-from light_scenes import emission_program, matrix
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes.nodes import ENTRIES, GLASS, SUBSURFACE
@@ -13,7 +12,11 @@ from restir_engine.scene.scene import Scene
 from restir_engine.scene.shaders import Program
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
+from testing.scenes.lights import emission_program, matrix
+from testing.scenes.shapes import sheets
 
+_X, _W = np.polynomial.legendre.leggauss(24)
+COSINES, DIFFUSE = 0.5 * (_X + 1.0), 0.5 * _W * (_X + 1.0)  # weights of diffuse light
 PARTS = ("Subsurface Boundary", "Subsurface Single", "Subsurface Multiple")
 
 
@@ -76,3 +79,22 @@ def render(scene: Scene, samples: int, passes=("Combined",), threads=1, **settin
     session = Session(scene, RenderSettings(passes=frozenset(passes), **defaults | settings))
     session.render()
     return {name: session.film.pass_array(name) for name in passes}
+
+
+def scene_of(vertices, triangles, placement=None) -> Scene:
+    """A committed scene of one object that scatters light."""
+    scene = Scene()
+    scene.shaders.add(Program(flags=rec.MATERIAL_SUBSURFACE))
+    scene.meshes = [Mesh(np.asarray(vertices, np.float32), np.asarray(triangles, np.uint32))]
+    scene.material_slots = np.zeros(1, np.int32)
+    place = (matrix() if placement is None else np.asarray(placement)).reshape(1, 12)
+    scene.instances = build_instances(place, np.zeros(1, int), n_materials=1, visibility=rec.RAY_ALL)
+    scene.commit()
+    return scene
+
+
+def slab(b: float) -> Mesh:
+    """Two planes b apart, seen from above."""
+    vertices, triangles = sheets(0.0, -b)
+    triangles[1] = triangles[1][::-1]
+    return Mesh(vertices, triangles)

@@ -1,7 +1,6 @@
 """Compiled loops over light samples resampled from tiles, for tests."""
 
 import numpy as np
-from light_kernels import scratch_memory
 
 from restir_engine.context import FrameContext
 from restir_engine.kernels.core import rng
@@ -19,6 +18,7 @@ from restir_engine.kernels.core.vec import put, store3_f64, vec
 from restir_engine.kernels.lights import light_sample
 from restir_engine.kernels.lobes.closure import LOBE_LAMBERT, LOBE_TRANSLUCENT
 from restir_engine.scene.light_tiles import LightTiles
+from testing.kernels.lights import scratch_memory
 
 
 @kernel

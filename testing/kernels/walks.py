@@ -94,23 +94,6 @@ def closure(sigma_t, alpha, g=0.0, entry=ENTRY_DIFFUSE, roughness=0.0, ior=1.4, 
     return result
 
 
-def box(x, y, z) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles of a box with these half extents; the first two triangles are the top."""
-    corners = np.array([(i, j, k) for k in (1, -1) for j in (-1, 1) for i in (-1, 1)]) * (x, y, z)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
-
-
-def ball(radius=1.0, n=64) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles of a sphere with n segments and n / 2 rings."""
-    theta, phi = np.meshgrid(np.linspace(0, np.pi, n // 2 + 1), np.arange(n) * 2 * np.pi / n, indexing="ij")
-    points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1) * radius
-    i, j = np.meshgrid(np.arange(n // 2), np.arange(n), indexing="ij")
-    a, b = i * n + j, i * n + (j + 1) % n
-    lower, upper = np.stack([a, a + n, b + n], -1), np.stack([a, b + n, b], -1)
-    return points.reshape(-1, 3), np.concatenate([lower[:-1].reshape(-1, 3), upper[1:].reshape(-1, 3)])
-
-
 def normal_entry(sigma_t, alpha, g=0.0) -> np.ndarray:
     """A CLOSURE whose light enters along the normal when it is seen from there: a smooth boundary."""
     return closure(sigma_t, alpha, g, ENTRY_REFRACTIVE)

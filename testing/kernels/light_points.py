@@ -1,7 +1,6 @@
 """Compiled loops over points of lights that are kept and placed again, for tests."""
 
 import numpy as np
-from light_kernels import scratch_memory
 
 from restir_engine.context import FrameContext
 from restir_engine.kernels.core import rng
@@ -10,6 +9,7 @@ from restir_engine.kernels.core.memory import address, load_f64, store_f64
 from restir_engine.kernels.core.records import SCRATCH_LIGHT_SAMPLE, SCRATCH_POINT, light_sample_at, shading_point_at
 from restir_engine.kernels.core.vec import put, store3_f64, vec
 from restir_engine.kernels.lights import light_point, light_sample, point_of_sample
+from testing.kernels.lights import scratch_memory
 
 
 @kernel

@@ -6,9 +6,9 @@ import math
 
 import bpy
 
-from . import kit
-from .registry import scene
-from .scenes_lobes import show
+from .. import kit
+from ..registry import scene
+from .lobes import show
 
 NEW = bpy.app.version >= (5, 2, 0)
 # What a radius is by method: 4π of the lengths that walks are made of, or the mean free path itself.

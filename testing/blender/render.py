@@ -17,8 +17,8 @@ import numpy as np
 
 from restir_engine import engine
 
+from ..measures import flip, standard_error
 from . import kit
-from .measures import flip, standard_error
 from .registry import BOUNDS, Scene
 
 # Settings of both engines: our name, Cycles' name, the value.

@@ -4,8 +4,8 @@ import math
 
 import bpy
 
-from . import kit
-from .registry import scene
+from .. import kit
+from ..registry import scene
 
 
 def subject() -> None:

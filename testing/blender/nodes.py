@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import bmesh
 import bpy
 import numpy as np
-import probe
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.core.jit import kernel
@@ -25,6 +24,7 @@ from restir_engine.kernels.geometry.surface import surface_point
 from restir_engine.kernels.shading.interpreter import shader_eval
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
+from testing.blender import probe
 
 Build = Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]
 

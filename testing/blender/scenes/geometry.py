@@ -5,8 +5,8 @@ import math
 import bpy
 import numpy as np
 
-from . import kit
-from .registry import scene
+from .. import kit
+from ..registry import scene
 
 
 @scene(1)

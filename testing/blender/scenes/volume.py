@@ -1,7 +1,7 @@
 """Media inside closed meshes: scattering, absorption and emission, behind glass and with invisible boundaries."""
 
-from . import kit
-from .registry import scene
+from .. import kit
+from ..registry import scene
 
 JADE = (0.35, 0.75, 0.45)
 

@@ -7,8 +7,6 @@ the truth for all of them.
 import math
 
 import numpy as np
-from light_scenes import matrix
-from pictures import QUAD, UNSEEN, Builder, checkered, coated, diffuse, look, scaled
 
 from restir_engine.context import FrameContext
 from restir_engine.film import Film
@@ -17,6 +15,9 @@ from restir_engine.integrators.restir.passes import Passes, ReusePlan
 from restir_engine.scene.lamps import area_lamp
 from restir_engine.scene.scene import Scene
 from restir_engine.settings import RenderSettings, required_passes
+from testing.scenes.lights import matrix
+from testing.scenes.rooms import UNSEEN, Builder, checkered, coated, diffuse, look, scaled
+from testing.scenes.shapes import QUAD
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MOVES = ("lamp", "caster", "emitter", "camera", "meshes")

@@ -1,9 +1,6 @@
 """Small scenes without Blender that an integrator renders: a floor, a box, a glossy wall, and one kind of light."""
 
-import math
-
 import numpy as np
-from light_scenes import emission_program, matrix
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import nodes
@@ -18,13 +15,8 @@ from restir_engine.scene.shaders import Program
 from restir_engine.scene.world import World
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
-
-QUAD = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]]
-CUBE = (
-    [[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)],
-    [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6],
-     [1, 3, 5], [3, 7, 5]],
-)  # fmt: skip
+from testing.scenes.lights import emission_program, matrix
+from testing.scenes.shapes import CUBE, QUAD
 
 
 def program(instructions, constants, **fields) -> Program:
@@ -192,19 +184,3 @@ def render(scene: Scene, samples: int, **settings) -> np.ndarray:
 def frames(scene: Scene, samples: int, seeds=range(24), **settings) -> np.ndarray:
     """Means of groups of samples with their own seeds, (groups, height, width, 3), for error bars."""
     return np.stack([render(scene, samples, seed=seed, **settings) for seed in seeds])
-
-
-def compare(a: np.ndarray, b: np.ndarray, block: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(relative difference of the means by channel, its standard error, z by block of pixels) of two `frames`."""
-
-    def blocks(x):
-        n, h, w, channels = x.shape
-        return x.reshape(n, h // block, block, w // block, block, channels).mean((2, 4))
-
-    mean = b.mean((0, 1, 2))
-    off = (a.mean((0, 1, 2)) - mean) / mean
-    error = np.hypot(*(x.mean((1, 2)).std(0, ddof=1) / math.sqrt(len(x)) for x in (a, b))) / mean
-    a, b = blocks(a), blocks(b)
-    spread = np.hypot(*(x.std(0, ddof=1) / math.sqrt(len(x)) for x in (a, b)))
-    z = (a.mean(0) - b.mean(0)) / np.maximum(spread, 1e-6 * np.abs(b).mean(0) + 1e-12)  # float32 is no finer
-    return off, error, z

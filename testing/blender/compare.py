@@ -1,6 +1,6 @@
 """Figures for scenes, and side-by-side pictures: Cycles, ReSTIR, and their difference around grey.
 
-python -m tests.images.compare [SCENE…] [--out DIRECTORY] [--samples FACTOR] [--against CYCLES]
+python -m testing.blender.compare [SCENE…] [--out DIRECTORY] [--samples FACTOR] [--against CYCLES]
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..measures import block_error, srgb
 from . import render, scenes
-from .measures import block_error, srgb
 
 ENLARGE = 4
 HEADER = ("scene", "R", "G", "B", "A", "± Cycles", "± ours", "FLIP", "seeds", "block", "Cycles s", "ours s")

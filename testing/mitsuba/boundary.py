@@ -1,4 +1,4 @@
-"""Pictures of media by Mitsuba, in a process of its own: `python mitsuba_boundary.py SCENE.json PICTURES.npy`.
+"""Pictures of media by Mitsuba, in a process of its own: `python testing/mitsuba/boundary.py SCENE.json PICTURES.npy`.
 
 The boundary lets all light through and forgets its direction: so light enters by ENTRY_DIFFUSE, and so it always
 leaves. No plugin of Mitsuba's own does that, and those in Python need its LLVM variants.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import flip_evaluator
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -37,3 +39,40 @@ def standard_error(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     Pixels are taken as independent, each with the variance ((a - b) / 2)² of the mean of its two values.
     """
     return np.sqrt((((a - b) / 2) ** 2).sum((0, 1))) / (a.shape[0] * a.shape[1])
+
+
+def compare(a: np.ndarray, b: np.ndarray, block: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(relative difference of the means by channel, its standard error, z by block of pixels) of two `frames`."""
+
+    def blocks(x):
+        n, h, w, channels = x.shape
+        return x.reshape(n, h // block, block, w // block, block, channels).mean((2, 4))
+
+    mean = b.mean((0, 1, 2))
+    off = (a.mean((0, 1, 2)) - mean) / mean
+    error = np.hypot(*(x.mean((1, 2)).std(0, ddof=1) / math.sqrt(len(x)) for x in (a, b))) / mean
+    a, b = blocks(a), blocks(b)
+    spread = np.hypot(*(x.std(0, ddof=1) / math.sqrt(len(x)) for x in (a, b)))
+    z = (a.mean(0) - b.mean(0)) / np.maximum(spread, 1e-6 * np.abs(b).mean(0) + 1e-12)  # float32 is no finer
+    return off, error, z
+
+
+def blocks(image: np.ndarray) -> np.ndarray:
+    """Means (blocks, 8 × 8 pixels, rgb) over an image."""
+    h, w, _ = image.shape
+    return image.reshape(h // 8, 8, w // 8, 8, 3).swapaxes(1, 2).reshape(-1, 64, 3)
+
+
+def close(estimate, exact, relative=2e-4):
+    mean, error = estimate
+    assert abs(mean - exact) < 4.0 * error + relative * exact, (mean, exact, error)
+
+
+def polygon_irradiance(corners, point, normal):
+    """Lambert's formula for a polygon of radiance 1."""
+    v = [(c - point) / np.linalg.norm(c - point) for c in np.asarray(corners, float)]
+    total = 0.0
+    for a, b in zip(v, v[1:] + v[:1], strict=True):
+        axis = np.cross(a, b)
+        total += math.acos(np.clip(a @ b, -1, 1)) * (axis / np.linalg.norm(axis)) @ normal
+    return abs(total) / 2.0

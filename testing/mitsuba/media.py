@@ -2,11 +2,12 @@
 
 import mitsuba as mi
 import numpy as np
-from light_scenes import emission_program
-from media_scenes import medium, stage
-from pictures import QUAD, look, matrix, render, scaled
 
 from restir_engine.scene.scene import Scene
+from testing.scenes.lights import emission_program, matrix
+from testing.scenes.media import medium, stage
+from testing.scenes.rooms import look, render, scaled
+from testing.scenes.shapes import QUAD
 
 mi.set_variant("scalar_rgb")
 
@@ -42,7 +43,7 @@ def ball(levels: int = 3) -> tuple[list, list]:
 
 
 def our_scene(shape, sigma_t, albedo, g, glass, size: int) -> Scene:
-    """The scene for `pictures.frames`; `glass` as in `media_scenes.medium`."""
+    """The scene for `our_frames`; `glass` as in `scenes.media.medium`."""
     b = stage()
     scattering = np.multiply(sigma_t, albedo)
     b.add(shape, medium(np.subtract(sigma_t, scattering), scattering, g=g, glass=glass), matrix())

@@ -1,5 +1,7 @@
 """Compiled loops over light sampling, for tests."""
 
+import math
+
 import numpy as np
 
 from restir_engine.kernels.core import rng
@@ -128,3 +130,11 @@ def triangle_densities(scene, point, samples) -> np.ndarray:
     memory = scratch_memory()
     triangle_kernel(scene.record, address(memory), *map(float, point), address(samples), len(samples), address(out))
     return out
+
+
+def irradiance(scene, point, normal, n=40_000, seed=3):
+    """(mean, standard error) of the irradiance at a point of a plane, red channel."""
+    s = draw(scene, point, n, seed)
+    cos = np.maximum(s[:, 1:4] @ np.asarray(normal, float), 0.0)
+    value = np.where(s[:, 0] > 0.0, s[:, 5] * cos / np.where(s[:, 4] > 0.0, s[:, 4], 1.0), 0.0)
+    return value.mean(), value.std() / math.sqrt(n)

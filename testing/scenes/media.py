@@ -1,8 +1,6 @@
 """Scenes of media without Blender: a cube from -1 to 1 seen along y, programs of media by hand."""
 
 import numpy as np
-from light_scenes import emission_program, matrix
-from pictures import CUBE, Builder, program, render, scaled
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import nodes
@@ -11,9 +9,9 @@ from restir_engine.kernels.shading.opcodes import END
 from restir_engine.kernels.volume.phase import PHASE_HG
 from restir_engine.scene.camera import Camera
 from restir_engine.scene.world import World
-
-OUTWARD = (CUBE[0], [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2],
-                     [2, 4, 6], [1, 3, 5], [3, 7, 5]])  # fmt: skip
+from testing.scenes.lights import emission_program, matrix
+from testing.scenes.rooms import Builder, program, render, scaled
+from testing.scenes.shapes import OUTWARD
 
 
 def medium(absorption=0.0, scattering=0.0, emission=0.0, g=0.0, glass=None, priority=0):

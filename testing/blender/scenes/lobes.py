@@ -5,8 +5,8 @@ import math
 import bpy
 import numpy as np
 
-from . import kit
-from .registry import scene
+from .. import kit
+from ..registry import scene
 
 
 def show(materials, shape: str = "ball", samples_light: float = 120.0) -> None:

@@ -1,0 +1,1 @@
+"""What needs Blender as a module: scenes, pictures by Cycles and by this engine, nodes' values."""

@@ -1,0 +1,14 @@
+"""All scenes, in the order of their modules."""
+
+from dataclasses import replace
+
+from ..registry import SCENES, Scene
+from . import camera, geometry, light, lobes, subsurface, texture, volume
+
+__all__ = ["SCENES", "scaled"]
+MODULES = (light, geometry, camera, texture, lobes, subsurface, volume)
+
+
+def scaled(item: Scene, factor: float) -> Scene:
+    """A scene with another number of samples."""
+    return replace(item, samples=max(1, round(item.samples * factor)))

@@ -1,0 +1,1 @@
+"""Compiled loops around single kernels, called from Python."""

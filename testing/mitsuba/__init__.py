@@ -1,0 +1,1 @@
+"""Pictures by Mitsuba 3, a renderer that we did not write."""

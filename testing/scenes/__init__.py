@@ -1,0 +1,1 @@
+"""Scenes without Blender, by what they are made of."""
