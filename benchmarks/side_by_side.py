@@ -21,7 +21,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from tests.images import render
+from testing.blender import render
 
 from . import scenes
 from .turns import MARK
