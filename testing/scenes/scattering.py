@@ -88,7 +88,7 @@ def scene_of(vertices, triangles, placement=None) -> Scene:
     scene.meshes = [Mesh(np.asarray(vertices, np.float32), np.asarray(triangles, np.uint32))]
     scene.material_slots = np.zeros(1, np.int32)
     place = (matrix() if placement is None else np.asarray(placement)).reshape(1, 12)
-    scene.instances = build_instances(place, np.zeros(1, int), n_materials=1, visibility=rec.RAY_ALL)
+    scene.instances = build_instances(place, np.zeros(1, int), n_materials=1, seen_by=rec.RAY_ALL)
     scene.commit()
     return scene
 
