@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
 
 from . import denoise, properties, requirements, warning_log
+from .scene.errors import SceneError
 from .settings import PASS_BY_NAME, PASSES
 
 log = logging.getLogger(__name__)
@@ -40,52 +43,41 @@ class RestirEngine(bpy.types.RenderEngine):
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows into a scene of our own."""
         self.scene = None
-        problem = requirements.problem()
-        if problem:
-            fail(self, problem)
-            return
-        self.update_stats("", "Reading the scene")
-        of_frame = depsgraph.scene_eval, depsgraph.view_layer_eval
-        artist = artists_scene() if self.is_preview else None
-        self.settings = (
-            properties.preview_settings(*of_frame, artist) if artist else properties.render_settings(*of_frame)
-        )
-        configure_cache()
-        from .scene.errors import SceneError
-
-        try:
+        with failures_told(self, "The scene could not be read"):
+            problem = requirements.problem()
+            if problem:
+                raise SceneError(problem)
+            self.update_stats("", "Reading the scene")
+            of_frame = depsgraph.scene_eval, depsgraph.view_layer_eval
+            artist = artists_scene() if self.is_preview else None
+            self.settings = (
+                properties.preview_settings(*of_frame, artist) if artist else properties.render_settings(*of_frame)
+            )
+            configure_cache()
             from .sync.depsgraph import read_scene
 
-            self.scene = read_scene(depsgraph, self.settings)
-        except SceneError as error:
-            fail(self, str(error))
-        except Exception as error:
-            log.exception("Reading the scene failed")
-            fail(self, unexpected("The scene could not be read", error))
+            # Scene strips of the sequencer have cameras of their own.
+            self.scene = read_scene(depsgraph, self.settings, camera_object=self.camera_override)
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Render what `update` read."""
         if self.scene is None:
             return
-        from .session import Session
+        with failures_told(self, "The render stopped"):
+            from .session import Session
 
-        session = Session(self.scene, self.settings)
-        self.scene = None
-        result = self.begin_result(0, 0, session.film.width, session.film.height, layer=depsgraph.view_layer.name)
-        if result is None:
-            fail(self, "Blender has no place for the picture: check the render border and the resolution.")
-            return
-        display = Display(self, result)
-        try:
-            session.render(self.test_break, display.status, display.picture)
-        except Exception as error:
-            log.exception("The render failed")
-            fail(self, unexpected("The render stopped", error))
-        if session.film.samples:
-            write_passes(result, session, self.settings.passes)
-        self.end_result(result, cancel=not session.film.samples)
-        if not self.is_preview:
-            report_warnings(self, depsgraph.scene, session.scene.warnings)
+            session = Session(self.scene, self.settings)
+            self.scene = None
+            result = self.begin_result(0, 0, session.film.width, session.film.height, layer=depsgraph.view_layer.name)
+            if result is None:
+                raise SceneError("Blender has no place for the picture: check the render region and the resolution.")
+            display = Display(self, result)
+            try:
+                session.render(self.test_break, display.status, display.picture)
+            finally:
+                deliver(self, result, session)
+                if not self.is_preview:
+                    report_warnings(self, depsgraph.scene, session.scene.warnings)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the 3D view shows, again."""
@@ -140,6 +132,30 @@ class Display:
         self._engine.update_result(self._result)
         self._picture_time = time.monotonic()
         self._interval = min(2.0 * self._interval, LAST_INTERVAL)
+
+
+@contextmanager
+def failures_told(engine: RestirEngine, what: str) -> Iterator[None]:
+    """Whatever is raised within ends the render with a message; what: the sentence for what nobody foresaw.
+
+    An engine that fails without a report can take Blender down when the picture is written.
+    """
+    try:
+        yield
+    except SceneError as error:
+        fail(engine, str(error))
+    except Exception as error:
+        log.exception(what)
+        fail(engine, unexpected(what, error))
+
+
+def deliver(engine: RestirEngine, result: bpy.types.RenderResult, session) -> None:
+    """Hand over the samples that the film has, and give the result back to Blender in any case."""
+    try:
+        if session.film.samples:
+            write_passes(result, session, session.settings.passes)
+    finally:
+        engine.end_result(result, cancel=not session.film.samples)
 
 
 def artists_scene() -> bpy.types.Scene | None:

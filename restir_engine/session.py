@@ -208,8 +208,8 @@ class Session:
     def _accumulate(self, integrator, pool, threads, start, cancelled, on_progress, on_frame) -> bool:
         """Batches of samples over all tiles.
 
-        A batch that is cut short is undone, so that all pixels have equal samples; only when not a single batch was
-        finished are its tiles kept, those that have reached the film.
+        A batch that is cut short, by Esc or by an error, is undone, so that all pixels have equal samples; only when
+        not a single batch was finished are its tiles kept, those that have reached the film.
         """
         tiles = self._tiles()
         self._first_sample = time.perf_counter()
@@ -219,12 +219,13 @@ class Session:
             batch = min(batch, self.settings.samples - self.film.samples)
             began = time.perf_counter()
             backup = self.film.pixels.copy() if self.film.samples else None
-            complete = self._batch(integrator, pool, threads, tiles, batch, start, cancelled, on_progress)
+            complete = False
+            try:
+                complete = self._batch(integrator, pool, threads, tiles, batch, start, cancelled, on_progress)
+            finally:
+                if not complete:
+                    self._undo(backup, batch)
             if not complete:
-                if backup is not None:
-                    self.film.pixels[:] = backup
-                elif self.film.pixels.any():
-                    self.film.samples = batch
                 on_frame(self)
                 return False
             self.film.samples += batch
@@ -237,6 +238,13 @@ class Session:
             if limit:
                 batch = max(1, min(batch, int((limit - (now - start)) / per_sample)))
         return True
+
+    def _undo(self, backup: np.ndarray | None, samples: int) -> None:
+        """Take a batch of so many samples that was cut short back; backup: the film's pixels before it."""
+        if backup is not None:
+            self.film.pixels[:] = backup
+        elif self.film.pixels.any():
+            self.film.samples = samples
 
     def _batch(self, integrator, pool, threads, tiles, samples, start, cancelled, on_progress) -> bool:
         """One batch of samples on every tile; False when it was cancelled."""

@@ -36,14 +36,15 @@ def build_scene(depsgraph, settings) -> Scene:
     return scene
 
 
-def read_scene(depsgraph, settings, camera: Camera | None = None) -> Scene:
+def read_scene(depsgraph, settings, camera: Camera | None = None, camera_object=None) -> Scene:
     """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
 
-    camera: who looks, where that is not the scene's camera. Raises SceneError where no picture can come of it.
+    camera, or the object camera_object: who looks, where that is not the scene's camera. Raises SceneError where no
+    picture can come of it.
     """
     scene = Scene()
     scene.frame = depsgraph.scene.frame_current
-    scene.camera = camera or sync_camera(depsgraph, scene.warnings)
+    scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
     reader = _Reader(scene, depsgraph, settings)
     reader.read()
     sync_world(scene, depsgraph, reader.materials)
