@@ -20,26 +20,16 @@ class FrameContext:
     """A committed scene as a frame sees it.
 
     camera: who looks, where that is not the scene's own camera. tiles: what light samples are resampled from, to be
-    filled before each frame; None: they are drawn for their receiver. keeps_light_points: whether points of lights are
-    kept and lit by again (kernels.lights.points), which tiles do.
+    filled before each frame; None: they are drawn for their receiver.
 
     Kernels get `record`, a SCENE record of this context's own: that of the scene with what belongs to the frame put
     in. The scene itself is only read, so that any number of contexts can share it, on any threads.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        camera: Camera | None = None,
-        tiles: LightTiles | None = None,
-        keeps_light_points: bool = False,
-    ) -> None:
+    def __init__(self, scene: Scene, camera: Camera | None = None, tiles: LightTiles | None = None) -> None:
         self.scene, self.camera, self.tiles = scene, camera or scene.camera, tiles
         self._camera = np.array([self.camera.record()], rec.CAMERA)
         self._lights = np.array([scene.lights.record], rec.LIGHT_TABLE)
-        if tiles or keeps_light_points:
-            self._point_entries = scene.lights.point_entries(scene)
-            self._lights[0]["point_entries"] = address(self._point_entries)
         if tiles:
             self._lights[0]["tiles"] = tiles.address
         self._record = np.array([scene.record], rec.SCENE)

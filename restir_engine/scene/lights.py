@@ -9,8 +9,7 @@ import numpy as np
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
-from ..kernels.lights.entries import light_entries
-from ..kernels.lights.points import point_entries
+from ..kernels.lights.entries import TRIANGLE, WORLD, light_entries
 from .lamps import LUMINANCE
 
 # Lamps are weighed against each other at every point that is lit; more than this number in clusters.
@@ -102,14 +101,12 @@ class LightTable:
             shares = (1.0 - _FLAT) * shares / shares.sum() + _FLAT * roots / roots.sum()
         for name, share in zip(("lamps", "triangles", "world"), shares, strict=True):
             self._record[0][name] = share
-        kinds = np.unique(self.lamps["kind"])
-        self._share(self._record[0], "entries", light_entries(kinds, triangles > 0.0, world > 0.0))
+        kinds = set(self.lamps["kind"].tolist())
+        # Light that is not sampled is found by rays, and reservoirs keep it.
+        kinds |= {TRIANGLE} if (scene.shaders.materials["flags"] & rec.MATERIAL_EMITS).any() else set()
+        kinds |= {WORLD} if scene.world.material >= 0 else set()
+        self._share(self._record[0], "entries", light_entries(kinds))
         scene.record["light_table"] = address(self._record)
-
-    def point_entries(self, scene) -> np.ndarray:
-        """LIGHT_TABLE.point_entries of a frame that lights by kept points (kernels.lights.points); after `commit`."""
-        emits = ((scene.shaders.materials["flags"] & rec.MATERIAL_EMITS) != 0).any()
-        return point_entries(np.unique(self.lamps["kind"]), bool(emits), scene.world.material >= 0)
 
     def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
         record[field] = address(array)

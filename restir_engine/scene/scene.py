@@ -9,7 +9,6 @@ from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lobes import lobe_tables
 from ..kernels.shading.interpreter import shader_entries
-from ..kernels.shading.textures import texture_entries
 from . import names
 from .camera import Camera
 from .images import ImageTable
@@ -153,7 +152,6 @@ class Scene:
         self._share(record, "images", self.images.records())
         record["n_images"] = len(self.images)
         self._share(record, "shader_entries", shader_entries(self.shaders.code))
-        self._share(record, "texture_entries", texture_entries(self.shaders.code))
         self._share(record, "lobe_tables", lobe_tables())
         # Emission that depends on the camera is measured, for the light tables, as the scene's own sees it.
         self._share(record, "camera", np.array([self.camera.record()], rec.CAMERA))

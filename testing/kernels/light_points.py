@@ -66,7 +66,7 @@ def keep(scene, point, n, seed=1) -> tuple[np.ndarray, np.ndarray]:
     """(points (n, 5), samples (n, 8)) of light_sample for a receiver; points in single precision, as they are kept."""
     points, out = np.zeros((n, 5)), np.zeros((n, 8))
     memory = scratch_memory()
-    context = FrameContext(scene, keeps_light_points=True)
+    context = FrameContext(scene)
     keep_kernel(context.record, address(memory), *map(float, point), seed, n, address(points), address(out))
     points[:, 2:4] = points[:, 2:4].astype(np.float32)
     return points, out
@@ -77,6 +77,6 @@ def place(scene, point, points) -> np.ndarray:
     out = np.zeros((len(points), 11))
     memory = scratch_memory()
     points = np.ascontiguousarray(points, float)
-    context = FrameContext(scene, keeps_light_points=True)
+    context = FrameContext(scene)
     place_kernel(context.record, address(memory), *map(float, point), address(points), len(points), address(out))
     return out

@@ -20,7 +20,7 @@ from restir_engine.kernels.lobes import (
     denoise_features,
     lobe_tables,
 )
-from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, FIRST, makes_lobes
+from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, makes_no_lobes
 
 _scene_at = record_at(SCENE)
 _TABLES = lobe_tables()
@@ -28,9 +28,9 @@ COLUMNS = 14  # label, wi, 9 of value, pdf
 
 
 @kernel
-def _run(scene, sp, op, registers, instruction):
-    if makes_lobes(op, shading_point_at(sp, 0)):
-        call_entry(instruction, scene, sp, op, registers, 0)
+def _run(scene, sp, op, registers, code, instruction):
+    if not makes_no_lobes(op, shading_point_at(sp, 0)):
+        call_entry(instruction, scene, sp, registers, code, 0)
 
 
 @kernel
@@ -123,9 +123,9 @@ class Surface:
         words += [values[inputs.pop(name, next(iter(values)))] for name, values in layout.enums]
         assert not inputs, f"{node} has no {inputs}"
         self._code = np.array(words, np.int32)
-        self._scene[0]["code"] = address(self._code)
-        instruction = BSDF_ENTRIES[layout.opcode - FIRST].address
-        _run(address(self._scene), address(self._point), layout.opcode, address(self.registers), instruction)
+        instruction, op = BSDF_ENTRIES[layout.opcode].address, layout.opcode
+        scene, point = address(self._scene), address(self._point)
+        _run(scene, point, op, address(self.registers), address(self._code), instruction)
 
     def _put(self, register, value):
         self.registers[register : register + len(value)] = value

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from restir_engine.kernels.core.jit import kernel
-from restir_engine.kernels.shading.textures import dispatch, noise, voronoi
+from restir_engine.kernels.shading.interpreter import opcodes_in
+from restir_engine.kernels.shading.textures import TEXTURE_ENTRIES, noise, voronoi
 from restir_engine.kernels.shading.textures import opcodes as ops
 from restir_engine.kernels.shading.textures.hashing import cell_point, hash1, hash2, hash3, hash4
 from testing.kernels.textures import run
@@ -66,12 +67,12 @@ def test_hashes_are_lookup3(count):
 
 def test_every_opcode_has_an_entry():
     opcodes = {value for name, value in vars(ops).items() if name.isupper()}
-    assert opcodes == set(dispatch.ENTRIES)
+    assert opcodes == set(TEXTURE_ENTRIES)
 
 
 def test_only_used_instructions_are_found():
     code = np.array([3, 2, 104, 105, ops.CHECKER, 5, 0, 0, 0, 0, ops.NOISE, ops.GRADIENT, 3, 1, 2, 3, 0, 0], np.int32)
-    assert dispatch.used_opcodes(code) == {ops.CHECKER, ops.GRADIENT}
+    assert opcodes_in(code) & TEXTURE_ENTRIES.keys() == {ops.CHECKER, ops.GRADIENT}
 
 
 def noise_at(

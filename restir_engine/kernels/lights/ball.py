@@ -5,7 +5,7 @@ import math
 from ..core.jit import device
 from ..core.records import LIGHT_DELTA, LIGHT_SPHERE, LIGHT_SPOT
 from ..core.vec import dot, frame, length, madd, neg, normalize, put, scale, sub, transform_vector, vec
-from ..core.warp import cone_at, cone_disk, disk, one_minus_cos
+from ..core.warp import cone_at, cone_disk, one_minus_cos
 
 
 @device
@@ -132,13 +132,6 @@ def _place_disk(light, o, x, y, ls):
             return False
         ls.pdf = distance * distance / (cos * math.pi * r * r)
     return True
-
-
-@device
-def sample_ball(light, o, u0, u1, ls):
-    """Choose a point of a point or spot light for o; returns the factor on its strength, 0: no sample."""
-    x, y = disk(u0, u1)
-    return place_ball(light, o, x, y, ls)
 
 
 @device

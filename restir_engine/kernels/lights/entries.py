@@ -1,9 +1,13 @@
-"""What is compiled for each kind of light only when a scene has it: sampling, and what a ray sees of a lamp.
+"""What is compiled for each kind of light only when a scene has it.
 
-Entries speak through the LIGHT_SAMPLE record. Sampling a lamp takes the lit point in `p` and two random numbers in
-`uv`; it leaves the factor on the lamp's strength in `radiance[0]` (0: no sample). Seeing a lamp takes the ray's origin
-in `p`, its direction in `wi` and the distance; it leaves the factor, the density by solid angle, the point, its normal
-and texture coordinates. Triangles and the world take a third random number in `distance` and leave a density of 0 for
+An entry does one of three things, as it is asked, and speaks through the LIGHT_SAMPLE record:
+
+    SAMPLE  choose a point for the lit point `p` by two random numbers in `uv`
+    PLACE   take the point with the coordinates `uv` (see `points`) as `p` sees it
+    SEE     (lamps) tell what the ray from `p` along `wi` meets at `distance`
+
+A lamp's leaves the factor on its strength in `radiance[0]` (0: no sample), and the geometry and density by solid angle
+of the point. Triangles and the world take a third random number in `distance`, leave radiance, and a density of 0 for
 no sample.
 """
 
@@ -11,115 +15,116 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..core.jit import Entry, device, entry
-from ..core.records import LIGHT_SPHERE, SCRATCH_LIGHT_SAMPLE, light_at, light_sample_at, scene_at, shading_point_at
+from ..core.jit import Entry, entry
+from ..core.records import (
+    LIGHT_SPHERE,
+    SCRATCH_LIGHT_SAMPLE,
+    light_at,
+    light_sample_at,
+    scene_at,
+    shading_point_at,
+    world_table_at,
+)
 from ..core.vec import dot, madd, neg, normalize, put, sub, vec
-from .area import area_pdf, area_uv, normal_of, sample_area, spread_factor
-from .ball import ball_pdf, ball_uv, falloff, sample_ball
-from .sun import sample_sun, sun_pdf, sun_uv
-from .triangle import sample_triangle
-from .world import sample_world
+from ..core.warp import disk, octahedral_direction
+from .area import area_pdf, area_uv, normal_of, place_area, sample_area, spread_factor
+from .ball import ball_pdf, ball_uv, falloff, place_ball
+from .sun import place_sun, sun_pdf, sun_uv
+from .triangle import place_triangle, sample_triangle
+from .world import draw_world, place_world
 
-# Places in the table of entries. SAMPLE and SEEN are followed by one place for each LIGHT_* kind.
-SAMPLE, SEEN, SAMPLE_TRIANGLE, SAMPLE_WORLD = 0, 4, 8, 9
-
-
-@entry
-def _sample_ball(light, sample, _a, _b, _c):
-    ls = light_sample_at(sample, 0)
-    ls.radiance[0] = sample_ball(light_at(light, 0), vec(ls.p), float(ls.uv[0]), float(ls.uv[1]), ls)
+SAMPLE, PLACE, SEE = 0, 1, 2
+TRIANGLE, WORLD = 4, 5  # in the table of entries, behind the LIGHT_* kinds
 
 
 @entry
-def _sample_area(light, sample, _a, _b, _c):
-    ls = light_sample_at(sample, 0)
-    ls.radiance[0] = sample_area(light_at(light, 0), vec(ls.p), float(ls.uv[0]), float(ls.uv[1]), ls)
-
-
-@entry
-def _sample_sun(light, sample, _a, _b, _c):
-    ls = light_sample_at(sample, 0)
-    ls.radiance[0] = sample_sun(light_at(light, 0), float(ls.uv[0]), float(ls.uv[1]), ls)
-
-
-@entry
-def _see_ball(light, sample, _a, _b, _c):
-    light = light_at(light, 0)
-    ls = light_sample_at(sample, 0)
+def _ball(light, sample, task, _b, _c):
+    light, ls = light_at(light, 0), light_sample_at(sample, 0)
     o = vec(ls.p)
-    d = vec(ls.wi)
-    p = madd(o, d, ls.distance)
-    ng = normalize(sub(p, vec(light.center))) if light.flags & LIGHT_SPHERE else neg(d)
-    ls.radiance[0] = falloff(light, o, d)
-    ls.pdf = ball_pdf(light, o, d, ls.distance)
-    put(ls.p, p)
-    put(ls.ng, ng)
-    if light.material >= 0:
-        ls.uv[0], ls.uv[1] = ball_uv(light, ng, d)
+    if task == SEE:
+        d = vec(ls.wi)
+        p = madd(o, d, ls.distance)
+        ng = normalize(sub(p, vec(light.center))) if light.flags & LIGHT_SPHERE else neg(d)
+        ls.radiance[0] = falloff(light, o, d)
+        ls.pdf = ball_pdf(light, o, d, ls.distance)
+        put(ls.p, p)
+        put(ls.ng, ng)
+        if light.material >= 0:
+            ls.uv[0], ls.uv[1] = ball_uv(light, ng, d)
+        return
+    x, y = float(ls.uv[0]), float(ls.uv[1])
+    if task == SAMPLE:
+        x, y = disk(x, y)
+    ls.radiance[0] = place_ball(light, o, x, y, ls)
 
 
 @entry
-def _see_area(light, sample, _a, _b, _c):
-    light = light_at(light, 0)
-    ls = light_sample_at(sample, 0)
+def _area(light, sample, task, _b, _c):
+    light, ls = light_at(light, 0), light_sample_at(sample, 0)
     o = vec(ls.p)
-    d = vec(ls.wi)
-    p = madd(o, d, ls.distance)
-    ng = normal_of(light)
-    ls.radiance[0] = spread_factor(light, -dot(d, ng))
-    ls.pdf = area_pdf(light, o, d, ls.distance)
-    put(ls.p, p)
-    put(ls.ng, ng)
-    ls.uv[0], ls.uv[1] = area_uv(light, p)
+    if task == SEE:
+        d = vec(ls.wi)
+        p = madd(o, d, ls.distance)
+        ng = normal_of(light)
+        ls.radiance[0] = spread_factor(light, -dot(d, ng))
+        ls.pdf = area_pdf(light, o, d, ls.distance)
+        put(ls.p, p)
+        put(ls.ng, ng)
+        ls.uv[0], ls.uv[1] = area_uv(light, p)
+    elif task == SAMPLE:
+        ls.radiance[0] = sample_area(light, o, float(ls.uv[0]), float(ls.uv[1]), ls)
+    else:
+        ls.radiance[0] = place_area(light, o, float(ls.uv[0]), float(ls.uv[1]), ls)
 
 
 @entry
-def _see_sun(light, sample, _a, _b, _c):
-    light = light_at(light, 0)
-    ls = light_sample_at(sample, 0)
-    d = vec(ls.wi)
-    ls.radiance[0] = 1.0
-    ls.pdf = sun_pdf(light)
-    put(ls.p, d)
-    put(ls.ng, neg(d))
-    ls.uv[0], ls.uv[1] = sun_uv(light, d)
+def _sun(light, sample, task, _b, _c):
+    light, ls = light_at(light, 0), light_sample_at(sample, 0)
+    if task == SEE:
+        d = vec(ls.wi)
+        ls.radiance[0] = 1.0
+        ls.pdf = sun_pdf(light)
+        put(ls.p, d)
+        put(ls.ng, neg(d))
+        ls.uv[0], ls.uv[1] = sun_uv(light, d)
+        return
+    x, y = float(ls.uv[0]), float(ls.uv[1])
+    if task == SAMPLE:
+        x, y = disk(x, y)
+    ls.radiance[0] = place_sun(light, x, y, ls)
 
 
-@device
-def _end(ls, done):
+@entry
+def _triangle(scene, sp, scratch, task, _c):
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    u, v = float(ls.uv[0]), float(ls.uv[1])
+    if task == SAMPLE:
+        done = sample_triangle(scene, sp, scratch, vec(sp.p), u, v, float(ls.distance), ls)
+    else:
+        done = place_triangle(scene, sp, scratch, ls.instance, ls.primitive, u, v, ls)
     if not done:
         ls.pdf = 0.0
 
 
 @entry
-def _sample_triangle(scene, sp, scratch, _a, _b):
+def _world(scene, sp, scratch, task, _c):
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    sp = shading_point_at(sp, 0)
-    u0, u1, u2 = float(ls.uv[0]), float(ls.uv[1]), float(ls.distance)
-    _end(ls, sample_triangle(scene_at(scene, 0), sp, scratch, vec(sp.p), u0, u1, u2, ls))
+    u, v = float(ls.uv[0]), float(ls.uv[1])
+    if task == SAMPLE:
+        d, pdf = draw_world(world_table_at(scene.world_table, 0), u, v, float(ls.distance))
+    else:
+        d, pdf = octahedral_direction(u, v), 1.0
+    ls.pdf = pdf if place_world(scene, sp, scratch, d, ls) else 0.0
 
 
-@entry
-def _sample_world(scene, sp, scratch, _a, _b):
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    u0, u1, u2 = float(ls.uv[0]), float(ls.uv[1]), float(ls.distance)
-    _end(ls, sample_world(scene_at(scene, 0), shading_point_at(sp, 0), scratch, u0, u1, u2, ls))
+_ENTRIES: tuple[Entry, ...] = (_ball, _ball, _area, _sun, _triangle, _world)
 
 
-_LAMPS: tuple[tuple[Entry, Entry], ...] = (
-    (_sample_ball, _see_ball),
-    (_sample_ball, _see_ball),
-    (_sample_area, _see_area),
-    (_sample_sun, _see_sun),
-)
-
-
-def light_entries(kinds: Iterable[int], triangles: bool, world: bool) -> np.ndarray:
-    """Addresses of what these LIGHT_* kinds, emissive triangles and the world need, compiled where it is not yet."""
-    table = np.zeros(10, np.int64)
+def light_entries(kinds: Iterable[int]) -> np.ndarray:
+    """Addresses by kind (LIGHT_*, TRIANGLE, WORLD), compiled where it is not yet; 0 for those that are not wanted."""
+    table = np.zeros(len(_ENTRIES), np.int64)
     for kind in kinds:
-        sample, see = _LAMPS[kind]
-        table[SAMPLE + kind], table[SEEN + kind] = sample.address, see.address
-    table[SAMPLE_TRIANGLE] = _sample_triangle.address if triangles else 0
-    table[SAMPLE_WORLD] = _sample_world.address if world else 0
+        table[kind] = _ENTRIES[kind].address
     return table

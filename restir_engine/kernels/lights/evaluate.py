@@ -16,7 +16,7 @@ from ..core.vec import dot, load3_f64, mul, put, scale, sub, vec
 from .area import area_density, intersect_area
 from .ball import intersect_ball
 from .emission import off_surface, run_emission, shadow_point, visible_to
-from .entries import SEEN
+from .entries import SEE
 from .select import lamp_probability, lamp_share
 from .sun import in_sun
 
@@ -79,7 +79,7 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
     put(ls.p, o)
     put(ls.wi, d)
     ls.distance = t
-    call_entry(load_i64(table.entries, SEEN + light.kind), record_address(light), record_address(ls), 0, 0, 0)
+    call_entry(load_i64(table.entries, light.kind), record_address(light), record_address(ls), SEE, 0, 0)
     if ls.radiance[0] <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
     radiance = scale(vec(light.strength), float(ls.radiance[0]))

@@ -22,11 +22,7 @@ measure of points (1 for a lamp without size), thus
     density of a BSDF sample        its pdf / this ls.pdf; 0 for lamps without size (LIGHT_SAMPLE_DELTA)
 """
 
-from collections.abc import Iterable
-
-import numpy as np
-
-from ..core.jit import Entry, device, entry
+from ..core.jit import device
 from ..core.memory import call_entry, load_i64, record_address
 from ..core.records import (
     LIGHT_AREA,
@@ -37,20 +33,14 @@ from ..core.records import (
     light_at,
     light_sample_at,
     light_table_at,
-    scene_at,
-    shading_point_at,
 )
 from ..core.vec import madd, vec
-from ..core.warp import octahedral, octahedral_direction
-from .area import area_uv, place_area
-from .ball import ball_coordinates, place_ball
+from ..core.warp import octahedral
+from .area import area_uv
+from .ball import ball_coordinates
+from .entries import PLACE, TRIANGLE, WORLD
 from .sample import complete_sample
-from .sun import place_sun, sun_coordinates
-from .triangle import place_triangle
-from .world import place_world
-
-# Places in the table of entries, the first for each LIGHT_* kind.
-_TRIANGLE, _WORLD = 4, 5
+from .sun import sun_coordinates
 
 
 @device
@@ -68,7 +58,7 @@ def light_point(scene, sp, scratch, source, primitive, u, v):
         if sp.depth > light.max_bounces:
             return False
         ls.p[0], ls.p[1], ls.p[2] = sp.p[0], sp.p[1], sp.p[2]
-        call_entry(load_i64(table.point_entries, light.kind), record_address(light), record_address(ls), 0, 0, 0)
+        call_entry(load_i64(table.entries, light.kind), record_address(light), record_address(ls), PLACE, 0, 0)
         factor = ls.radiance[0]
         if factor <= 0.0:
             return False
@@ -76,10 +66,10 @@ def light_point(scene, sp, scratch, source, primitive, u, v):
     else:
         ls.instance = source
         ls.primitive = primitive
-        code = load_i64(table.point_entries, _TRIANGLE if primitive >= 0 else _WORLD)
+        code = load_i64(table.entries, TRIANGLE if primitive >= 0 else WORLD)
         if code == 0:
             return False
-        call_entry(code, record_address(scene), record_address(sp), scratch, 0, 0)
+        call_entry(code, record_address(scene), record_address(sp), scratch, PLACE, 0)
     ls.mis_pdf = ls.point_pdf = ls.pdf
     return ls.pdf > 0.0 and (ls.radiance[0] != 0.0 or ls.radiance[1] != 0.0 or ls.radiance[2] != 0.0)
 
@@ -105,51 +95,3 @@ def point_of_lamp(scene, light, o, d, t):
     if lamp.kind == LIGHT_AREA:
         return area_uv(lamp, madd(o, d, t))
     return ball_coordinates(lamp, o, d, t)
-
-
-@entry
-def _place_ball(light, sample, _a, _b, _c):
-    ls = light_sample_at(sample, 0)
-    ls.radiance[0] = place_ball(light_at(light, 0), vec(ls.p), float(ls.uv[0]), float(ls.uv[1]), ls)
-
-
-@entry
-def _place_area(light, sample, _a, _b, _c):
-    ls = light_sample_at(sample, 0)
-    ls.radiance[0] = place_area(light_at(light, 0), vec(ls.p), float(ls.uv[0]), float(ls.uv[1]), ls)
-
-
-@entry
-def _place_sun(light, sample, _a, _b, _c):
-    ls = light_sample_at(sample, 0)
-    ls.radiance[0] = place_sun(light_at(light, 0), float(ls.uv[0]), float(ls.uv[1]), ls)
-
-
-@entry
-def _place_triangle(scene, sp, scratch, _a, _b):
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    u, v = float(ls.uv[0]), float(ls.uv[1])
-    sp = shading_point_at(sp, 0)
-    if not place_triangle(scene_at(scene, 0), sp, scratch, ls.instance, ls.primitive, u, v, ls):
-        ls.pdf = 0.0
-
-
-@entry
-def _place_world(scene, sp, scratch, _a, _b):
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    d = octahedral_direction(float(ls.uv[0]), float(ls.uv[1]))
-    done = place_world(scene_at(scene, 0), shading_point_at(sp, 0), scratch, d, ls)
-    ls.pdf = 1.0 if done else 0.0
-
-
-_LAMPS: tuple[Entry, ...] = (_place_ball, _place_ball, _place_area, _place_sun)
-
-
-def point_entries(kinds: Iterable[int], triangles: bool, world: bool) -> np.ndarray:
-    """The table LIGHT_TABLE.point_entries for these LIGHT_* kinds, triangles that emit and the world; 0: not needed."""
-    table = np.zeros(6, np.int64)
-    for kind in kinds:
-        table[kind] = _LAMPS[kind].address
-    table[_TRIANGLE] = _place_triangle.address if triangles else 0
-    table[_WORLD] = _place_world.address if world else 0
-    return table

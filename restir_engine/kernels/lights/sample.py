@@ -15,7 +15,7 @@ from ..core.records import (
 )
 from ..core.vec import mul, put, scale, vec
 from .emission import off_surface, run_emission, shadow_point
-from .entries import SAMPLE, SAMPLE_TRIANGLE, SAMPLE_WORLD
+from .entries import SAMPLE, TRIANGLE, WORLD
 from .select import choose_lamp, set_receiver
 
 
@@ -30,7 +30,7 @@ def _sample_lamp(scene, table, sp, scratch, u, ls):
     if sp.depth > light.max_bounces:
         return False
     put(ls.p, o)
-    call_entry(load_i64(table.entries, SAMPLE + light.kind), record_address(light), record_address(ls), 0, 0, 0)
+    call_entry(load_i64(table.entries, light.kind), record_address(light), record_address(ls), SAMPLE, 0, 0)
     factor = ls.radiance[0]
     if factor <= 0.0:
         return False
@@ -62,7 +62,7 @@ def complete_sample(scene, sp, scratch, index, light, factor, ls):
 def _sample_by(entry, scene, sp, scratch, u, ls):
     """Let an entry fill ls; u chooses within its kind of light."""
     ls.distance = u
-    call_entry(entry, record_address(scene), record_address(sp), scratch, 0, 0)
+    call_entry(entry, record_address(scene), record_address(sp), scratch, SAMPLE, 0)
     return ls.pdf > 0.0
 
 
@@ -101,11 +101,11 @@ def light_sample(scene, sp, scratch, u0, u1, u2):
     elif u2 < table.lamps + table.triangles:
         share = float(table.triangles)
         u = (u2 - table.lamps) / share
-        done = _sample_by(load_i64(table.entries, SAMPLE_TRIANGLE), scene, sp, scratch, u, ls)
+        done = _sample_by(load_i64(table.entries, TRIANGLE), scene, sp, scratch, u, ls)
     elif table.world > 0.0:
         share = float(table.world)
         u = (u2 - table.lamps - table.triangles) / share
-        done = _sample_by(load_i64(table.entries, SAMPLE_WORLD), scene, sp, scratch, u, ls)
+        done = _sample_by(load_i64(table.entries, WORLD), scene, sp, scratch, u, ls)
     else:
         return False
     ls.pdf *= share

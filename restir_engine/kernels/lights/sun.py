@@ -5,7 +5,7 @@ import math
 from ..core.jit import device
 from ..core.records import LIGHT_DELTA
 from ..core.vec import add, dot, length, neg, put, sub
-from ..core.warp import cone_at, cone_disk, disk
+from ..core.warp import cone_at, cone_disk
 
 
 @device
@@ -22,13 +22,6 @@ def sun_uv(light, d):
     chord = length(add(d, sun_direction(light)))
     f = 0.5 / (math.sqrt(0.5 * light.p[3]) * chord) if light.p[3] > 0.0 and chord > 0.0 else 0.0
     return (m[0] * d[0] + m[1] * d[1] + m[2] * d[2]) * f + 0.5, (m[4] * d[0] + m[5] * d[1] + m[6] * d[2]) * f + 0.5
-
-
-@device
-def sample_sun(light, u0, u1, ls):
-    """Choose a direction; returns the factor on its strength."""
-    x, y = disk(u0, u1)
-    return place_sun(light, x, y, ls)
 
 
 @device

@@ -108,13 +108,6 @@ def draw_world(table, u0, u1, u2):
     return d, table.map * pdf + _other_pdf(table, d)
 
 
-@device
-def sample_world(scene, sp, scratch, u0, u1, u2, ls):
-    """Choose a direction; ls.pdf leaves out the choice between lamps, triangles and world."""
-    d, ls.pdf = draw_world(world_table_at(scene.world_table, 0), u0, u1, u2)
-    return place_world(scene, sp, scratch, d, ls)
-
-
 @inlined
 def place_world(scene, sp, scratch, d, ls):
     """Fill ls, but for its density, with the world in direction d; False where it does not light sp."""

@@ -6,11 +6,20 @@ diffuse.
 
 import math
 
-from ..core.jit import device
+from ..core.jit import device, entry
 from ..core.memory import load_i32
-from ..core.records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, RAY_SHADOW, closure_at
+from ..core.records import (
+    RAY_NO_LOBES,
+    RAY_NO_REFLECTION,
+    RAY_NO_REFRACTION,
+    RAY_SHADOW,
+    closure_at,
+    scene_at,
+    shading_point_at,
+)
 from ..core.vec import add, dot, is_black, lerp, mul, normalize, put, scale, vec
-from ..shading.math_ops import clamp, number, triple
+from ..shading.math_ops import clamp
+from ..shading.operands import number, triple
 from ..subsurface.parameters import RANDOM_WALK_SKIN
 from .albedo import cover, layer_under, microfacet_albedo, preserve_energy
 from .closure import LOBE_GLASS, LOBE_REFLECTION, P_FRESNEL, WEIGHT_CUTOFF, valid_reflection_normal
@@ -56,9 +65,11 @@ _DISTRIBUTION = 1 + len(_NODE.inputs)
 _METHOD, _ENTRY, _SIGN = _DISTRIBUTION + 1, _DISTRIBUTION + 2, _DISTRIBUTION + 3
 
 
-@device
+@entry
 def principled_op(scene, sp, registers, code, at):
     """Closures, transparency and emission of a Principled BSDF."""
+    scene = scene_at(scene, 0)
+    sp = shading_point_at(sp, 0)
     weight = triple(registers, code, at)
     alpha = clamp(number(registers, code, at + _ALPHA), 0.0, 1.0)
     if alpha < 1.0:

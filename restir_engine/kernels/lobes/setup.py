@@ -1,10 +1,11 @@
 """What the BSDF nodes' instructions do: closures from their inputs. Principled has its own module."""
 
-from ..core.jit import device
+from ..core.jit import device, entry
 from ..core.memory import load_i32
-from ..core.records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, closure_at
+from ..core.records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION, closure_at, scene_at, shading_point_at
 from ..core.vec import add, average, is_black, mul, normalize, put, vec
-from ..shading.math_ops import clamp, number, triple
+from ..shading.math_ops import clamp
+from ..shading.operands import number, triple
 from .albedo import microfacet_albedo, preserve_energy
 from .closure import (
     LOBE_ASHIKHMIN_SHIRLEY,
@@ -175,9 +176,17 @@ def add_transparent(sp, weight):
     add_closure(sp, LOBE_TRANSPARENT, weight, vec(sp.n))
 
 
-@device
+@entry
+def transparent_op(_scene, sp, registers, code, at):
+    """Transparent BSDF: colour."""
+    add_transparent(shading_point_at(sp, 0), mul(triple(registers, code, at), triple(registers, code, at + 1)))
+
+
+@entry
 def glossy_op(scene, sp, registers, code, at):
     """Glossy BSDF: colour, roughness, anisotropy, rotation, normal, tangent; distribution."""
+    scene = scene_at(scene, 0)
+    sp = shading_point_at(sp, 0)
     if sp.ray_flags & RAY_NO_REFLECTION:
         return
     color = triple(registers, code, at + 1)
@@ -200,9 +209,11 @@ def glossy_op(scene, sp, registers, code, at):
         preserve_energy(scene.lobe_tables, closure_at(sp.closures, i), vec(sp.wo), positive(color))
 
 
-@device
+@entry
 def metallic_op(scene, sp, registers, code, at):
     """Metallic BSDF: colour, edge tint, n, k, roughness, anisotropy, rotation, normal, tangent; distribution, model."""
+    scene = scene_at(scene, 0)
+    sp = shading_point_at(sp, 0)
     if sp.ray_flags & RAY_NO_REFLECTION:
         return
     roughness = clamp(number(registers, code, at + 5), 0.0, 1.0)
@@ -236,9 +247,11 @@ def _interface(sp, kind, weight, registers, code, at, ior, distribution):
     return add_microfacets(sp, kind, weight, n, n, alpha, alpha, eta, distribution)
 
 
-@device
+@entry
 def glass_op(scene, sp, registers, code, at):
     """Glass BSDF: colour, roughness, IOR, normal; distribution."""
+    scene = scene_at(scene, 0)
+    sp = shading_point_at(sp, 0)
     mirrored = refracted = positive(triple(registers, code, at + 1))
     if sp.ray_flags & RAY_NO_REFLECTION:
         mirrored = (0.0, 0.0, 0.0)
@@ -255,9 +268,10 @@ def glass_op(scene, sp, registers, code, at):
         set_schlick(scene.lobe_tables, c, vec(sp.wo), (f0, f0, f0), mirrored, refracted, distribution == MULTI_GGX)
 
 
-@device
-def refraction_op(sp, registers, code, at):
+@entry
+def refraction_op(_scene, sp, registers, code, at):
     """Refraction BSDF: colour, roughness, IOR, normal; distribution."""
+    sp = shading_point_at(sp, 0)
     if sp.ray_flags & RAY_NO_REFRACTION:
         return
     weight = mul(triple(registers, code, at), triple(registers, code, at + 1))
@@ -265,24 +279,28 @@ def refraction_op(sp, registers, code, at):
     _interface(sp, LOBE_REFRACTION, weight, registers, code, at, ior, load_i32(code, at + 5))
 
 
-@device
-def diffuse_op(sp, registers, code, at):
+@entry
+def diffuse_op(_scene, sp, registers, code, at):
     """Diffuse BSDF: colour, roughness, normal."""
+    sp = shading_point_at(sp, 0)
     color = triple(registers, code, at + 1)
     n = normal_input(sp, registers, code, at + 3)
     add_diffuse(sp, mul(triple(registers, code, at), color), n, number(registers, code, at + 2), color)
 
 
-@device
-def translucent_op(sp, registers, code, at):
+@entry
+def translucent_op(_scene, sp, registers, code, at):
     """Translucent BSDF: colour, normal."""
+    sp = shading_point_at(sp, 0)
     n = valid_reflection_normal(sp, normal_input(sp, registers, code, at + 2))
     add_closure(sp, LOBE_TRANSLUCENT, mul(triple(registers, code, at), triple(registers, code, at + 1)), n)
 
 
-@device
+@entry
 def sheen_op(scene, sp, registers, code, at):
     """Sheen BSDF: colour, roughness, normal; distribution."""
+    scene = scene_at(scene, 0)
+    sp = shading_point_at(sp, 0)
     weight = mul(triple(registers, code, at), triple(registers, code, at + 1))
     roughness = clamp(number(registers, code, at + 2), 0.0, 1.0)
     n = normal_input(sp, registers, code, at + 3)
@@ -292,9 +310,10 @@ def sheen_op(scene, sp, registers, code, at):
         add_velvet(sp, weight, n, roughness)
 
 
-@device
-def toon_op(sp, registers, code, at):
+@entry
+def toon_op(_scene, sp, registers, code, at):
     """Toon BSDF: colour, size, smooth, normal; component."""
+    sp = shading_point_at(sp, 0)
     glossy = load_i32(code, at + 5) == 1
     if glossy and sp.ray_flags & RAY_NO_REFLECTION:
         return

@@ -1,10 +1,11 @@
 """The lobe that scatters below the surface: closures from the inputs of Principled and of the Subsurface node."""
 
-from ..core.jit import device
+from ..core.jit import device, entry
 from ..core.memory import load_i32
-from ..core.records import RAY_BURLEY_DIFFUSE, RAY_SUBSURFACE_DIFFUSE, closure_at
+from ..core.records import RAY_BURLEY_DIFFUSE, RAY_SUBSURFACE_DIFFUSE, closure_at, shading_point_at
 from ..core.vec import average, mul, scale
-from ..shading.math_ops import clamp, number, triple
+from ..shading.math_ops import clamp
+from ..shading.operands import number, triple
 from ..subsurface.parameters import BURLEY, RANDOM_WALK_SKIN, clamp_anisotropy, medium, method_length
 from .closure import (
     ENTRY_DIFFUSE,
@@ -92,10 +93,11 @@ def radius_input(registers, code, radius_at, scale_at):
     return positive(scale(triple(registers, code, radius_at), number(registers, code, scale_at)))
 
 
-@device
-def subsurface_op(sp, registers, code, at):
+@entry
+def subsurface_op(_scene, sp, registers, code, at):
     """Subsurface Scattering: colour, scale, radius, IOR, roughness (the entry's α itself), anisotropy, normal; method,
     entry, sign."""
+    sp = shading_point_at(sp, 0)
     color = positive(triple(registers, code, at + 1))
     radius = radius_input(registers, code, at + 3, at + 2)
     alpha = clamp(number(registers, code, at + 5), 0.0, 1.0)

@@ -1,8 +1,8 @@
 """Shader instructions 80–89: bent normals, tangents and displacement, as Cycles defines them."""
 
-from ..core.jit import device
+from ..core.jit import device, entry
 from ..core.memory import load_i32
-from ..core.records import instance_at, mesh_at
+from ..core.records import instance_at, mesh_at, scene_at, shading_point_at
 from ..core.vec import (
     add,
     cross,
@@ -23,7 +23,8 @@ from ..geometry.attributes import attribute
 from ..geometry.surface import object_normal
 from . import opcodes as ops
 from .input_ops import normal_operand, radial_tangent, tangent_along
-from .math_ops import clamp, number, triple
+from .math_ops import clamp
+from .operands import number, opcode, triple
 from .shift import footprint_axes
 
 
@@ -149,9 +150,11 @@ def _vector_displacement(scene, sp, registers, code, at):
     return transform_vector(instance.to_world, d)
 
 
-@device
-def bump_op(op, scene, sp, registers, code, at):
+@entry
+def bump_op(scene, sp, registers, code, at):
     """Run one instruction of this family."""
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    op = opcode(code, at)
     if op == ops.BUMP:
         result = _bump(sp, registers, code, at)
     elif op == ops.NORMAL_MAP:

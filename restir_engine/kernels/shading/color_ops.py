@@ -1,10 +1,12 @@
 """Shader instructions 40–59: colours, as Cycles' nodes define them. Tables are float32 triples or quadruples."""
 
-from ..core.jit import device
+from ..core.jit import device, entry
 from ..core.memory import load_f32, load_f64, load_i32, store_f64
+from ..core.records import scene_at
 from ..core.vec import lerp, load3_f32, store3_f64
 from . import opcodes as ops
-from .math_ops import clamp, divide, floor, number, triple
+from .math_ops import clamp, divide, floor
+from .operands import number, opcode, triple
 
 
 @device
@@ -256,9 +258,11 @@ def _convert(op, mode, c):
     return hsv_to_rgb(c) if mode == 1 else hsl_to_rgb(c)
 
 
-@device
-def color_op(op, scene, registers, code, at):
+@entry
+def color_op(scene, _sp, registers, code, at):
     """Run one instruction of this family."""
+    scene = scene_at(scene, 0)
+    op = opcode(code, at)
     if op == ops.RAMP:
         _ramp(scene.tables, registers, code, at)
         return

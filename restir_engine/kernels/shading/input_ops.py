@@ -2,7 +2,7 @@
 
 import math
 
-from ..core.jit import device
+from ..core.jit import device, entry
 from ..core.memory import load_i32, store_f64
 from ..core.records import (
     ATTRIBUTE_UV,
@@ -22,6 +22,8 @@ from ..core.records import (
     light_at,
     material_at,
     mesh_at,
+    scene_at,
+    shading_point_at,
 )
 from ..core.vec import (
     cross,
@@ -41,7 +43,8 @@ from ..core.vec import (
 from ..geometry.attributes import generated
 from ..geometry.surface import object_normal
 from . import opcodes as ops
-from .math_ops import clamp, divide, number, triple
+from .math_ops import clamp, divide
+from .operands import number, opcode, triple
 from .shift import barycentric_shift, footprint_axes, shifted_attribute, shifted_position
 
 _FARTHEST = 3.4028234663852886e38  # Ray Length of what has no distance, as Cycles has it
@@ -344,9 +347,11 @@ def _wireframe(sp, registers, code, at):
     return 1.0 if near or (1.0 - u - v) * area < half * length(sub(ac, ab)) else 0.0
 
 
-@device
-def input_op(op, scene, sp, registers, code, at):
+@entry
+def input_op(scene, sp, registers, code, at):
     """Run one instruction of this family."""
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    op = opcode(code, at)
     out = load_i32(code, at)
     if op == ops.GEOMETRY:
         width = number(registers, code, at + 3)

@@ -7,15 +7,17 @@ from ..core.memory import call_entry, load_f64, load_i32, load_i64, record_addre
 from ..core.records import MATERIAL_LAMBERT, RAY_NO_LOBES, RAY_SHADOW, material_at, scene_at, shading_point_at
 from ..core.vec import normalize, put, store3_f64, vec
 from ..lobes.closure import LOBE_LAMBERT, add_closure
-from ..lobes.entries import BSDF_ENTRIES, FIRST, makes_lobes
+from ..lobes.entries import BSDF_ENTRIES, makes_no_lobes
 from ..volume.program import medium_op
 from . import opcodes as ops
 from .bump_ops import bump_op
 from .color_ops import color_op
 from .input_ops import input_op
-from .math_ops import clamp, math_op, number, triple
-from .opcodes import VOLUME_SCATTER
-from .textures import texture_op
+from .math_ops import clamp, math_op
+from .operands import number, triple
+from .textures import TEXTURE_ENTRIES
+
+_PROGRAM = ops.END  # in the table of entries
 
 
 @device
@@ -131,11 +133,8 @@ def _run_program(scene, sp, at):
             _conversion_op(op, registers, code, first)
         elif op < 20:
             _arithmetic_op(op, registers, code, first)
-        elif op >= 100 and op < 200:
-            texture_op(op, scene, sp, registers, code, first)
-        elif op < FIRST or op >= VOLUME_SCATTER or makes_lobes(op, sp):
-            family = op // 20 if op < FIRST else (_BSDFS + op - FIRST if op < VOLUME_SCATTER else _MEDIA)
-            call_entry(load_i64(entries, family), record_address(scene), record_address(sp), op, registers, first)
+        elif not makes_no_lobes(op, sp):
+            call_entry(load_i64(entries, op), record_address(scene), record_address(sp), registers, code, first)
         op = load_i32(code, at)
 
 
@@ -161,46 +160,24 @@ def medium_eval(scene, sp):
     call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), start, 0, 0)
 
 
-# Places in the table of entries: the program, four families of twenty opcodes each, one for each BSDF node, media. An
-# entry is compiled once, on its own, when a scene first needs it, so that the kernels that run programs stay small.
-_PROGRAM, _BSDFS = 0, 5
-_MEDIA = _BSDFS + len(BSDF_ENTRIES)
-
-
 @entry
-def _program(scene, sp, start, _registers, _at):
+def _program(scene, sp, start, _code, _at):
     _run_program(scene_at(scene, 0), shading_point_at(sp, 0), start)
 
 
-@entry
-def _maths(scene, sp, op, registers, at):
-    math_op(op, registers, scene_at(scene, 0).code, at)
-
-
-@entry
-def _colors(scene, sp, op, registers, at):
-    scene = scene_at(scene, 0)
-    color_op(op, scene, registers, scene.code, at)
-
-
-@entry
-def _inputs(scene, sp, op, registers, at):
-    scene = scene_at(scene, 0)
-    input_op(op, scene, shading_point_at(sp, 0), registers, scene.code, at)
-
-
-@entry
-def _normals(scene, sp, op, registers, at):
-    scene = scene_at(scene, 0)
-    bump_op(op, scene, shading_point_at(sp, 0), registers, scene.code, at)
-
-
-@entry
-def _media(scene, sp, op, registers, at):
-    medium_op(op, shading_point_at(sp, 0), registers, scene_at(scene, 0).code, at)
-
-
-_ENTRIES: tuple[Entry, ...] = (_program, _maths, _colors, _inputs, _normals, *BSDF_ENTRIES, _media)
+# What is called by address, by opcode. An entry is compiled once, on its own, when a scene first needs it, so that the
+# kernels that run programs stay small. Those of instructions are given the addresses of scene, shading point, registers
+# and code, and the index of the first operand word.
+_ENTRIES: dict[int, Entry] = {
+    _PROGRAM: _program,
+    **dict.fromkeys(range(ops.MATH, ops.ROTATE_EULER + 1), math_op),
+    **dict.fromkeys(range(ops.MIX_COLOR, ops.CLAMP_COLOR + 1), color_op),
+    **dict.fromkeys(range(ops.GEOMETRY, ops.WIREFRAME + 1), input_op),
+    **dict.fromkeys(range(ops.BUMP, ops.VECTOR_DISPLACEMENT + 1), bump_op),
+    **TEXTURE_ENTRIES,
+    **BSDF_ENTRIES,
+    **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_SUBSURFACE + 1), medium_op),
+}
 
 
 def opcodes_in(code: np.ndarray) -> set[int]:
@@ -213,13 +190,8 @@ def opcodes_in(code: np.ndarray) -> set[int]:
 
 
 def shader_entries(code: np.ndarray) -> np.ndarray:
-    """Addresses of what runs these programs, compiled where it is not yet; 0 for what no instruction needs."""
-    used = {_PROGRAM}
-    for op in opcodes_in(code):
-        if op >= VOLUME_SCATTER:
-            used.add(_MEDIA)
-        elif op >= FIRST:
-            used.add(_BSDFS + op - FIRST)
-        elif 20 <= op < 100:
-            used.add(op // 20)
-    return np.array([e.address if index in used else 0 for index, e in enumerate(_ENTRIES)], np.int64)
+    """Addresses by opcode of what runs these programs, compiled where it is not yet; 0 for what none of them needs."""
+    table = np.zeros(max(_ENTRIES) + 1, np.int64)
+    for op in {_PROGRAM} | (opcodes_in(code) & _ENTRIES.keys()):
+        table[op] = _ENTRIES[op].address
+    return table

@@ -2,22 +2,11 @@
 
 import math
 
-from ..core.jit import device
+from ..core.jit import device, entry
 from ..core.memory import load_f64, load_i32, store_f64
 from ..core.vec import add, cross, dot, length, load3_f64, madd, neg, normalize, scale, store3_f64, sub
 from . import opcodes as ops
-
-
-@device
-def number(registers, code, at):
-    """The number in the register that a code word names."""
-    return load_f64(registers, load_i32(code, at))
-
-
-@device
-def triple(registers, code, at):
-    """The vector or colour in the registers that a code word names."""
-    return load3_f64(registers, load_i32(code, at))
+from .operands import number, opcode, triple
 
 
 @device
@@ -331,9 +320,10 @@ def _rotation_op(op, registers, code, at):
     return add(rotate_euler(v, triple(registers, code, at + 4), load_i32(code, at + 1) != 0), center)
 
 
-@device
-def math_op(op, registers, code, at):
+@entry
+def math_op(_scene, _sp, registers, code, at):
     """Run one instruction of this family."""
+    op = opcode(code, at)
     out = load_i32(code, at)
     if op <= ops.MAP_RANGE:
         store_f64(registers, out, _number_op(op, registers, code, at))

@@ -1,4 +1,4 @@
-"""The opcodes of shader programs: one table for the compiler (`sync.nodes`) and the interpreter (`shader_vm`).
+"""The opcodes of shader programs: one table for the compiler (`sync.nodes`) and the `interpreter`.
 
 The comment beside an opcode lists its operand words: registers unless marked `!`, which are immediate integers. A
 register operand is the first of three where a vector or colour is meant. 100–199 belong to `textures`, 200–299 to
@@ -7,7 +7,7 @@ register operand is the first of three where a vector or colour is meant. 100–
 
 END = 0
 
-# Flow and closures: shader_vm -----------------------------------------------------------------------------
+# Flow and closures: interpreter -----------------------------------------------------------------------------
 JUMP_ZERO = 1  # weight, distance!: skips `distance` words when the weight is 0
 MIX_WEIGHTS = 2  # first_out, second_out, weight, factor
 EMISSION = 3  # weight, colour, strength
@@ -15,7 +15,7 @@ HOLDOUT = 4  # weight
 SET_NORMAL = 5  # normal: the shading normal from here on
 JUMP_SHADOW = 6  # distance!: skips `distance` words for shadow rays, whose own program stands there
 
-# Conversions and what most programs do with numbers: shader_vm ----------------------------------------------
+# Conversions and what most programs do with numbers: interpreter ----------------------------------------------
 LUMINANCE = 10  # out, colour
 AVERAGE = 11  # out, vector
 SPLAT = 12  # out, value
@@ -25,7 +25,7 @@ SUBTRACT = 15  # out, components!, a, b
 MULTIPLY = 16  # out, components!, a, b
 MIX = 17  # out, components!, a, b, factor: a + (b - a) · factor
 
-# Numbers and vectors: vm_math -------------------------------------------------------------------------------
+# Numbers and vectors: math_ops -------------------------------------------------------------------------------
 MATH = 20  # out, index into MATH_OPERATIONS!, a, b, c
 CLAMP = 21  # out, value, minimum, maximum, by range!
 MAP_RANGE = 22  # out, index into MAP_RANGE_MODES!, of vector!, value, from min, from max, to min, to max, steps
@@ -52,7 +52,7 @@ VECTOR_OPERATIONS = (
 MAP_RANGE_MODES = ("LINEAR", "STEPPED", "SMOOTHSTEP", "SMOOTHERSTEP")
 MAPPING_TYPES = ("POINT", "TEXTURE", "VECTOR", "NORMAL")
 
-# Colours: vm_color ------------------------------------------------------------------------------------------
+# Colours: color_ops ------------------------------------------------------------------------------------------
 MIX_COLOR = 40  # out, index into BLEND_MODES!, factor, a, b
 HUE_SATURATION = 41  # out, hue, saturation, value, factor, colour
 BRIGHT_CONTRAST = 42  # out, colour, brightness, contrast
@@ -73,7 +73,7 @@ BLEND_MODES = (
 )  # fmt: skip
 COLOR_MODES = ("RGB", "HSV", "HSL")
 
-# The shading point: vm_inputs ---------------------------------------------------------------------------------
+# The shading point: input_ops ---------------------------------------------------------------------------------
 # `offset` (0, 1, 2) and `width` (how far away, in ray footprints) name the point itself or one shifted for a bump.
 GEOMETRY = 60  # out, POINT_*!, offset!, width
 ATTRIBUTE = 61  # out (4: x, y, z, alpha), name!, offset!, width
@@ -110,7 +110,7 @@ LIGHT_PATH_OUTPUTS = (
 TRANSFORM_TYPES = ("POINT", "VECTOR", "NORMAL")
 SPACES = ("WORLD", "OBJECT", "CAMERA")
 
-# Normals: vm_bump ---------------------------------------------------------------------------------------------
+# Normals: bump_ops ---------------------------------------------------------------------------------------------
 BUMP = 80  # out, normal or -1!, height, height 1, height 2, strength, distance, width
 NORMAL_MAP = 81  # out, index into NORMAL_SPACES!, name of the tangent!, colour, strength, unit normal!
 RADIAL_TANGENT = 82  # out, axis! (0, 1, 2)

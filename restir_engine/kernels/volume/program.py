@@ -6,13 +6,13 @@ emission in `emission` of the shading point, and add up like Cycles' volume clos
 
 import math
 
-from ..core.jit import device, inlined
+from ..core.jit import device, entry, inlined
 from ..core.memory import load_i32
-from ..core.records import closure_at
+from ..core.records import closure_at, shading_point_at
 from ..core.vec import add, mul, put, scale, vec
 from ..lobes.closure import add_closure
 from ..shading import opcodes as ops
-from ..shading.math_ops import number, triple
+from ..shading.operands import number, opcode, triple
 from ..subsurface.parameters import clamp_anisotropy, medium, method_length
 from .phase import (
     MOST_ANISOTROPIC,
@@ -64,9 +64,11 @@ def _emit(sp, radiance):
     put(sp.emission, add(vec(sp.emission), radiance))
 
 
-@device
-def medium_op(op, sp, registers, code, at):
+@entry
+def medium_op(_scene, sp, registers, code, at):
     """Run an instruction of the family from VOLUME_SCATTER on."""
+    sp = shading_point_at(sp, 0)
+    op = opcode(code, at)
     weight = triple(registers, code, at)
     if op == ops.VOLUME_SCATTER:
         w = scale(mul(weight, triple(registers, code, at + 1)), max(number(registers, code, at + 2), 0.0))

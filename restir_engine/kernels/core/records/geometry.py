@@ -15,6 +15,7 @@ ATTRIBUTE = record(
     "components",  # 1 to 4 floats an element
     "values",  # float32 [elements, components]
 )
+attribute_at = record_at(ATTRIBUTE)
 
 MESH = record(
     "vertices",  # float32 [n_vertices, 3]
@@ -33,6 +34,7 @@ MESH = record(
     ("generated_offset", 3),  # generated = (p - offset) * scale, in object space
     ("generated_scale", 3),
 )
+mesh_at = record_at(MESH)
 
 INSTANCE = record(
     "mesh",  # index into meshes
@@ -55,10 +57,7 @@ INSTANCE = record(
     ("particle", 1),  # particle random, 0 when there is none
     ("terminator", 1),  # cosine below which shadow rays start above smooth triangles, see interaction.shadow_origin
 )
+instance_at = record_at(INSTANCE)
 INSTANCE_MIRRORED = 1  # the matrix has a negative determinant
 INSTANCE_HOLDOUT = 2
 INSTANCE_SHADOW_CATCHER = 4
-
-attribute_at = record_at(ATTRIBUTE)
-mesh_at = record_at(MESH)
-instance_at = record_at(INSTANCE)

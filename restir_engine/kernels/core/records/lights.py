@@ -23,6 +23,7 @@ LIGHT = record(
     ("importance", 1),  # mean intensity (watt by steradian; sun: irradiance), for choosing between lights
     ("p", 16),  # what else the kind needs; see kernels.lights
 )
+light_at = record_at(LIGHT)
 LIGHT_HITTABLE = 1  # rays made by BSDF sampling find it
 LIGHT_NO_SHADOW = 2
 LIGHT_SPHERE = 4  # point and spot: a sphere; else a disk that turns towards the point that is lit
@@ -46,6 +47,7 @@ LIGHT_SAMPLE = record(
     ("point_pdf", 1),  # solid-angle density of 1 in the measure of kernels.lights.points, as light_point left it
     ("control_variate", 3),  # of mean 0, to be added times the mean V: all candidates of a tile less the chosen one
 )
+light_sample_at = record_at(LIGHT_SAMPLE)
 LIGHT_SAMPLE_DELTA = 1
 LIGHT_SAMPLE_NO_SHADOW = 2
 
@@ -58,12 +60,14 @@ EMITTER_GROUP = record(  # the emissive triangles of one mesh under one list of 
     "primitives",  # int32 [n]
     "probabilities",  # float32 [n_triangles of the mesh], 0: not emissive
 )
+emitter_group_at = record_at(EMITTER_GROUP)
 
 EMITTER = record(  # an instance with emissive triangles
     "instance",
     "group",
     ("probability", 1),  # among emitters
 )
+emitter_at = record_at(EMITTER)
 
 LIGHT_TABLE = record(
     "entries",  # int64, addresses of code by kind of light: kernels.lights.entries
@@ -80,10 +84,9 @@ LIGHT_TABLE = record(
     ("lamps", 1),  # probability of choosing a lamp, an emissive triangle, the world; sum 1, or all 0
     ("triangles", 1),
     ("world", 1),
-    # What belongs to a frame; see context.FrameContext.
-    "point_entries",  # int64, addresses of code by kind of light: kernels.lights.points; 0: no reuse of points
-    "tiles",  # LIGHT_TILES from which light samples are resampled; 0: they are drawn for their receiver
+    "tiles",  # a frame's LIGHT_TILES, from which light samples are resampled; 0: they are drawn for their receiver
 )
+light_table_at = record_at(LIGHT_TABLE)
 
 # A point of a light as reservoirs and tiles keep it: (source, primitive, u, v), see kernels.lights.points. `primitive`
 # is that of the instance `source`, or one of:
@@ -100,6 +103,7 @@ TILE_ENTRY = np.dtype(  # such a point; how it shines stands in the groups of ke
         ("p", np.float64, (3,)),  # on such a triangle
     ]
 )
+tile_entry_at = record_at(TILE_ENTRY)
 
 LIGHT_TILES = record(
     "entries",  # TILE_ENTRY [n_tiles, groups, tile_weights.LANES]
@@ -110,6 +114,7 @@ LIGHT_TILES = record(
     "lamp_cdf",  # float64 [n_lights + 1], cumulated probabilities among lamps
     "code",  # of kernels.lights.tiles.sample_tiles
 )
+light_tiles_at = record_at(LIGHT_TILES)
 
 WORLD_TABLE = record(
     "width",  # of the map; 0: directions are chosen uniformly
@@ -125,12 +130,4 @@ WORLD_TABLE = record(
     ("sun_direction", 3),
     ("sun_one_minus_cos", 1),
 )
-
-light_at = record_at(LIGHT)
-light_sample_at = record_at(LIGHT_SAMPLE)
-emitter_group_at = record_at(EMITTER_GROUP)
-emitter_at = record_at(EMITTER)
-light_table_at = record_at(LIGHT_TABLE)
-tile_entry_at = record_at(TILE_ENTRY)
-light_tiles_at = record_at(LIGHT_TILES)
 world_table_at = record_at(WORLD_TABLE)

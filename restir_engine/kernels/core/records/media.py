@@ -17,6 +17,7 @@ MEDIUM = record(
     ("emission", 3),  # radiance by scene unit
     ("phases", MAX_PHASES * PHASE),
 )
+medium_at = record_at(MEDIUM)
 
 MEDIA = record(  # followed by MEDIUM [MAX_MEDIA]
     "count",
@@ -25,6 +26,7 @@ MEDIA = record(  # followed by MEDIUM [MAX_MEDIA]
     ("sigma_s", 3),
     ("emission", 3),
 )
+media_at = record_at(MEDIA)
 
 SHADOW = record(  # a shadow ray through media
     ("o", 3),
@@ -32,7 +34,4 @@ SHADOW = record(  # a shadow ray through media
     ("tmax", 1),
     ("transmittance", 3),
 )
-
-medium_at = record_at(MEDIUM)
-media_at = record_at(MEDIA)
 shadow_at = record_at(SHADOW)

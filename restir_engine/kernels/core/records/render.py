@@ -39,6 +39,7 @@ FILM = record(
     "light_passes",
     "data_passes",
 )
+film_at = record_at(FILM)
 
 INTEGRATOR = record(
     "seed",
@@ -61,6 +62,7 @@ INTEGRATOR = record(
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
     "media",  # int64 [5]: code for media that paths cross; see kernels.volume.calls
 )
+integrator_at = record_at(INTEGRATOR)
 FILTER_TABLE_SIZE = 1025
 
 PATH = record(
@@ -99,7 +101,4 @@ PATH = record(
     ("dp", 1),
     ("dd", 1),
 )
-
-film_at = record_at(FILM)
-integrator_at = record_at(INTEGRATOR)
 path_at = record_at(PATH)

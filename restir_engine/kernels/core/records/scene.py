@@ -21,6 +21,7 @@ CAMERA = record(
     ("aperture_ratio", 1),
     ("panorama", 4),  # longitude and latitude: minimum and maximum
 )
+camera_at = record_at(CAMERA)
 CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA = 0, 1, 2
 
 SCENE = record(
@@ -37,8 +38,7 @@ SCENE = record(
     "tables",  # float32: colour ramps, curves
     "images",
     "n_images",
-    "shader_entries",  # int64: addresses of what runs programs, see kernels.shading.interpreter
-    "texture_entries",  # int64: addresses of texture instructions by opcode, see kernels.shading.textures.dispatch
+    "shader_entries",  # int64: addresses of what runs programs by opcode, see kernels.shading.interpreter
     "lobe_tables",  # float32: albedo tables, see kernels.lobes
     "lights",
     "n_lights",
@@ -52,9 +52,7 @@ SCENE = record(
     "camera",  # CAMERA, for nodes that read camera coordinates
     "camera_in_media",  # 1: camera rays may start inside a medium
 )
+scene_at = record_at(SCENE)
 SCENE_HAS_TRANSPARENT = 1
 SCENE_HAS_SUBSURFACE = 2
 SCENE_HAS_MEDIA = 4
-
-camera_at = record_at(CAMERA)
-scene_at = record_at(SCENE)

@@ -15,6 +15,7 @@ MATERIAL = record(
     ("emission_estimate", 3),  # radiance; only about right with MATERIAL_VARYING_EMISSION; 0: does not emit
     ("lambert", 3),  # weight of the one lobe of MATERIAL_LAMBERT
 )
+material_at = record_at(MATERIAL)
 MATERIAL_EMITS = 1
 MATERIAL_LAMBERT = 8  # nothing but a Lambert lobe of weight `lambert`: the program need not run
 MATERIAL_TRANSPARENT = 2  # may let shadow rays through
@@ -31,6 +32,7 @@ IMAGE = record(
     "flags",  # IMAGE_* bits
     "decode",  # float32 [IMAGE_DECODE + 1]: encoded colour in [0, 1] to scene linear, after filtering; 0: linear
 )
+image_at = record_at(IMAGE)
 IMAGE_BYTES = 1  # pixels are uint8
 IMAGE_DECODE = 1024
 
@@ -45,6 +47,7 @@ CLOSURE = record(
     ("ior", 1),
     ("p", 16),  # what else the lobe needs; each lobe module names its own
 )
+closure_at = record_at(CLOSURE)
 MAX_CLOSURES = 32
 MAX_REGISTERS = 2048
 
@@ -84,8 +87,4 @@ SHADING_POINT = record(
     ("transparent", 3),  # weight of transparent closures
     ("holdout", 1),
 )
-
-material_at = record_at(MATERIAL)
-image_at = record_at(IMAGE)
-closure_at = record_at(CLOSURE)
 shading_point_at = record_at(SHADING_POINT)

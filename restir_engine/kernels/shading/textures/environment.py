@@ -2,11 +2,12 @@
 
 import math
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import load_i32, store_f64
-from ...core.vec import normalize
+from ...core.records import scene_at
+from ...core.vec import normalize, store3_f64
+from ..operands import triple
 from .image import image_lookup
-from .registers import vector, write
 
 EQUIRECTANGULAR, MIRROR_BALL = 0, 1
 
@@ -29,12 +30,13 @@ def mirror_ball(d):
     return (0.5 * (d[0] * s + 1.0), 0.5 * (d[2] * s + 1.0))
 
 
-@device
-def environment_op(scene, registers, code, at):
+@entry
+def environment_op(scene, _sp, registers, code, at):
     """Environment Texture: see opcodes.ENVIRONMENT."""
+    scene = scene_at(scene, 0)
     out = load_i32(code, at)
-    d = normalize(vector(registers, code, at + 1))
+    d = normalize(triple(registers, code, at + 1))
     uv = equirectangular(d) if load_i32(code, at + 4) == EQUIRECTANGULAR else mirror_ball(d)
     color = image_lookup(scene, load_i32(code, at + 2), uv[0], uv[1], load_i32(code, at + 3))
-    write(registers, out, (color[0], color[1], color[2]))
+    store3_f64(registers, out, (color[0], color[1], color[2]))
     store_f64(registers, out + 3, color[3])

@@ -3,11 +3,12 @@ so that phase and intensity are known too (Tricard et al. 2019)."""
 
 import math
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import float_bits, load_i32, store_f64
 from ...core.vec import normalize, scale
+from ..operands import number, triple
 from .hashing import TO_UNIT, hash3, hash4
-from .registers import floor, single, value, vector
+from .rounding import floor, single
 
 _IMPULSES = 8  # per cell
 # Six times the standard deviation, √(impulses · ½ · ∫kernel²), maps practically all values to [-1, 1].
@@ -105,19 +106,19 @@ def _noise_3d(x, y, z, frequency, isotropy, o):
     return real, imaginary
 
 
-@device
-def gabor_op(registers, code, at):
+@entry
+def gabor_op(_scene, _sp, registers, code, at):
     """Gabor Texture: see opcodes.GABOR."""
     out = load_i32(code, at)
-    p = scale(vector(registers, code, at + 1), value(registers, code, at + 2))
+    p = scale(triple(registers, code, at + 1), number(registers, code, at + 2))
     x, y, z = single(p[0]), single(p[1]), single(p[2])
-    frequency = max(value(registers, code, at + 3), 0.001)
-    isotropy = 1.0 - min(max(value(registers, code, at + 4), 0.0), 1.0)
+    frequency = max(number(registers, code, at + 3), 0.001)
+    isotropy = 1.0 - min(max(number(registers, code, at + 4), 0.0), 1.0)
     if load_i32(code, at + 7) == 2:
-        real, imaginary = _noise_2d(x, y, frequency, isotropy, value(registers, code, at + 5))
+        real, imaginary = _noise_2d(x, y, frequency, isotropy, number(registers, code, at + 5))
         limit = _LIMIT_2D
     else:
-        orientation = normalize(vector(registers, code, at + 6))
+        orientation = normalize(triple(registers, code, at + 6))
         real, imaginary = _noise_3d(x, y, z, frequency, isotropy, orientation)
         limit = _LIMIT_3D
     store_f64(registers, out, 0.5 * imaginary / limit + 0.5)

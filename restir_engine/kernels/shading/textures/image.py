@@ -5,11 +5,12 @@ No mip maps, and colours that are stored encoded are decoded after filtering: bo
 
 import math
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import load_f32, load_i32, load_u8, store_f64
-from ...core.records import IMAGE_BYTES, IMAGE_DECODE, image_at, instance_at
-from ...core.vec import transform_normal, vec
-from .registers import floor, value, vector, write
+from ...core.records import IMAGE_BYTES, IMAGE_DECODE, image_at, instance_at, scene_at, shading_point_at
+from ...core.vec import store3_f64, transform_normal, vec
+from ..operands import number, triple
+from .rounding import floor
 
 REPEAT, EXTEND, CLIP, MIRROR = 0, 1, 2, 3
 LINEAR, CLOSEST, CUBIC = 0, 1, 2
@@ -143,7 +144,7 @@ def image_lookup(scene, index, u, v, flags):
 
 @device
 def _store_color(registers, out, color):
-    write(registers, out, (color[0], color[1], color[2]))
+    store3_f64(registers, out, (color[0], color[1], color[2]))
     store_f64(registers, out + 3, color[3])
 
 
@@ -162,19 +163,21 @@ def _project(projection, p):
     return (u, 1.0 - math.acos(min(max(z / math.sqrt(flat + z * z), -1.0), 1.0)) / math.pi)
 
 
-@device
-def image_op(scene, registers, code, at):
+@entry
+def image_op(scene, _sp, registers, code, at):
     """Image Texture, flat, sphere or tube: see opcodes.IMAGE."""
+    scene = scene_at(scene, 0)
     flags = load_i32(code, at + 3)
-    uv = _project((flags >> 8) & 15, vector(registers, code, at + 1))
+    uv = _project((flags >> 8) & 15, triple(registers, code, at + 1))
     _store_color(registers, load_i32(code, at), image_lookup(scene, load_i32(code, at + 2), uv[0], uv[1], flags))
 
 
-@device
-def image_tiles_op(scene, registers, code, at):
+@entry
+def image_tiles_op(scene, _sp, registers, code, at):
     """Image Texture of a tiled (UDIM) image; the table at the third word: count, then pairs of tile and image."""
+    scene = scene_at(scene, 0)
     flags = load_i32(code, at + 3)
-    uv = _project((flags >> 8) & 15, vector(registers, code, at + 1))
+    uv = _project((flags >> 8) & 15, triple(registers, code, at + 1))
     u, v = uv[0], uv[1]
     table = scene.tables + 4 * load_i32(code, at + 2)
     index = -1
@@ -230,14 +233,16 @@ def _box_weights(n, blend):
     )
 
 
-@device
+@entry
 def image_box_op(scene, sp, registers, code, at):
     """Image Texture projected from six sides, by the object-space normal: see opcodes.IMAGE_BOX."""
+    scene = scene_at(scene, 0)
+    sp = shading_point_at(sp, 0)
     n = vec(sp.n)
     if sp.instance >= 0:
         n = transform_normal(instance_at(scene.instances, sp.instance).to_world, n)
-    weights = _box_weights(n, value(registers, code, at + 4))
-    p = vector(registers, code, at + 1)
+    weights = _box_weights(n, number(registers, code, at + 4))
+    p = triple(registers, code, at + 1)
     index, flags = load_i32(code, at + 2), load_i32(code, at + 3)
     total = (0.0, 0.0, 0.0, 0.0)
     for axis in range(3):

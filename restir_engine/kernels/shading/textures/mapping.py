@@ -1,9 +1,10 @@
 """The mapping that a texture node itself carries: a matrix, and for normals a unit length."""
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import load_f32, load_i32
-from ...core.vec import normalize
-from .registers import vector, write
+from ...core.records import scene_at
+from ...core.vec import normalize, store3_f64
+from ..operands import triple
 
 
 @device
@@ -16,10 +17,11 @@ def _row(table, row, p):
     )
 
 
-@device
-def texture_mapping_op(scene, registers, code, at):
+@entry
+def texture_mapping_op(scene, _sp, registers, code, at):
     """See opcodes.TEXTURE_MAPPING; the table is a row-major 3x4 matrix."""
+    scene = scene_at(scene, 0)
     table = scene.tables + 4 * load_i32(code, at + 2)
-    p = vector(registers, code, at + 1)
+    p = triple(registers, code, at + 1)
     p = (_row(table, 0, p), _row(table, 4, p), _row(table, 8, p))
-    write(registers, load_i32(code, at), normalize(p) if load_i32(code, at + 3) else p)
+    store3_f64(registers, load_i32(code, at), normalize(p) if load_i32(code, at + 3) else p)

@@ -3,11 +3,12 @@
 One-dimensional noise lives on x. Amplitudes are scaled to about [-1, 1] by OSL's constants.
 """
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import float_bits, load_i32, store_f64
+from ..operands import number, triple
 from .hashing import TO_UNIT, hash1, hash2
 from .lattice import perlin1, perlin2, perlin3, perlin4
-from .registers import floor, single, value, vector, wrap
+from .rounding import floor, single, wrap
 
 MULTIFRACTAL, FBM, HYBRID_MULTIFRACTAL, RIDGED_MULTIFRACTAL, HETERO_TERRAIN = 0, 1, 2, 3, 4
 # Flags: dimensions | kind << 4 | these.
@@ -111,21 +112,21 @@ def _shifted(dimensions, seed, x, y, z, w):
     )
 
 
-@device
-def noise_op(registers, code, at):
+@entry
+def noise_op(_scene, _sp, registers, code, at):
     """Noise Texture: see opcodes.NOISE."""
     out = load_i32(code, at)
-    p = vector(registers, code, at + 1)
-    scale = value(registers, code, at + 3)
-    detail = min(max(value(registers, code, at + 4), 0.0), 15.0)
-    roughness = max(value(registers, code, at + 5), 0.0)
-    lacunarity = value(registers, code, at + 6)
-    offset = value(registers, code, at + 7)
-    gain = value(registers, code, at + 8)
-    distortion = value(registers, code, at + 9)
+    p = triple(registers, code, at + 1)
+    scale = number(registers, code, at + 3)
+    detail = min(max(number(registers, code, at + 4), 0.0), 15.0)
+    roughness = max(number(registers, code, at + 5), 0.0)
+    lacunarity = number(registers, code, at + 6)
+    offset = number(registers, code, at + 7)
+    gain = number(registers, code, at + 8)
+    distortion = number(registers, code, at + 9)
     flags = load_i32(code, at + 10)
     dimensions = flags & 15
-    w = single(value(registers, code, at + 2) * scale)
+    w = single(number(registers, code, at + 2) * scale)
     x, y, z = single(p[0] * scale), single(p[1] * scale), single(p[2] * scale)
     if dimensions == 1:
         x = w

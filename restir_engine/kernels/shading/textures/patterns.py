@@ -2,10 +2,11 @@
 
 import math
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import load_i32, store_f64
-from ...core.vec import lerp, scale
-from .registers import off_grid, single, value, vector, wrap, write
+from ...core.vec import lerp, scale, store3_f64
+from ..operands import number, triple
+from .rounding import off_grid, single, wrap
 
 LINEAR, QUADRATIC, EASING, DIAGONAL, RADIAL, QUADRATIC_SPHERE, SPHERICAL = 0, 1, 2, 3, 4, 5, 6
 _TURN = 6.2831854820251465  # float32's 2π, whose error counts at far coordinates
@@ -17,14 +18,14 @@ def _checker_cell(x):
     return math.floor(off_grid(x)) & 1
 
 
-@device
-def checker_op(registers, code, at):
+@entry
+def checker_op(_scene, _sp, registers, code, at):
     """Checker Texture: see opcodes.CHECKER."""
     out = load_i32(code, at)
-    p = scale(vector(registers, code, at + 1), value(registers, code, at + 4))
+    p = scale(triple(registers, code, at + 1), number(registers, code, at + 4))
     odd = _checker_cell(p[0]) ^ _checker_cell(p[1]) ^ _checker_cell(p[2])
-    color = vector(registers, code, at + 2) if odd else vector(registers, code, at + 3)
-    write(registers, out, color)
+    color = triple(registers, code, at + 2) if odd else triple(registers, code, at + 3)
+    store3_f64(registers, out, color)
     store_f64(registers, out + 3, 1.0 if odd else 0.0)
 
 
@@ -43,28 +44,28 @@ def _safe(x):
     return x if abs(x) > 1e-12 else 1e-12
 
 
-@device
-def brick_op(registers, code, at):
+@entry
+def brick_op(_scene, _sp, registers, code, at):
     """Brick Texture: see opcodes.BRICK."""
     out = load_i32(code, at)
-    p = scale(vector(registers, code, at + 1), value(registers, code, at + 5))
-    mortar_size = value(registers, code, at + 6)
-    mortar_smooth = value(registers, code, at + 7)
-    width = value(registers, code, at + 9)
-    height = _safe(value(registers, code, at + 10))
+    p = scale(triple(registers, code, at + 1), number(registers, code, at + 5))
+    mortar_size = number(registers, code, at + 6)
+    mortar_smooth = number(registers, code, at + 7)
+    width = number(registers, code, at + 9)
+    height = _safe(number(registers, code, at + 10))
     offset_frequency, squash_frequency = load_i32(code, at + 13), load_i32(code, at + 14)
     row = math.floor(single(p[1] / height))
     shift = 0.0
     if offset_frequency != 0 and squash_frequency != 0:
         if row % squash_frequency == 0:
-            width *= value(registers, code, at + 12)
+            width *= number(registers, code, at + 12)
         if row % offset_frequency == 0:
-            shift = width * value(registers, code, at + 11)
+            shift = width * number(registers, code, at + 11)
     width = _safe(width)
     brick = math.floor(single((p[0] + shift) / width))
     x = p[0] + shift - width * brick
     y = p[1] - height * row
-    tint = _brick_tint((row << 16) + (brick & 0xFFFF)) + value(registers, code, at + 8)
+    tint = _brick_tint((row << 16) + (brick & 0xFFFF)) + number(registers, code, at + 8)
     tint = min(max(tint, 0.0), 1.0)
     distance = min(min(x, y), min(width - x, height - y))
     mortar = 0.0
@@ -73,8 +74,8 @@ def brick_op(registers, code, at):
         if mortar_smooth != 0.0:
             mortar = min(max((1.0 - distance / mortar_size) / mortar_smooth, 0.0), 1.0)
             mortar = mortar * mortar * (3.0 - 2.0 * mortar)
-    color = lerp(vector(registers, code, at + 2), vector(registers, code, at + 3), tint)
-    write(registers, out, lerp(color, vector(registers, code, at + 4), mortar))
+    color = lerp(triple(registers, code, at + 2), triple(registers, code, at + 3), tint)
+    store3_f64(registers, out, lerp(color, triple(registers, code, at + 4), mortar))
     store_f64(registers, out + 3, mortar)
 
 
@@ -96,10 +97,10 @@ def _gradient(kind, p):
     return r * r if kind == QUADRATIC_SPHERE else r
 
 
-@device
-def gradient_op(registers, code, at):
+@entry
+def gradient_op(_scene, _sp, registers, code, at):
     """Gradient Texture: see opcodes.GRADIENT."""
-    f = _gradient(load_i32(code, at + 2), vector(registers, code, at + 1))
+    f = _gradient(load_i32(code, at + 2), triple(registers, code, at + 1))
     store_f64(registers, load_i32(code, at), min(max(f, 0.0), 1.0))
 
 
@@ -146,13 +147,13 @@ def _turn(p, factor):
     )
 
 
-@device
-def magic_op(registers, code, at):
+@entry
+def magic_op(_scene, _sp, registers, code, at):
     """Magic Texture: see opcodes.MAGIC. Before Blender 5 the coordinates wrap before they are scaled."""
     out = load_i32(code, at)
-    p = vector(registers, code, at + 1)
-    factor = value(registers, code, at + 2)
+    p = triple(registers, code, at + 1)
+    factor = number(registers, code, at + 2)
     p = _turn(p, factor) if load_i32(code, at + 5) else scale(_turn(p, 1.0), factor)
-    color = _magic(p, load_i32(code, at + 4), value(registers, code, at + 3))
-    write(registers, out, color)
+    color = _magic(p, load_i32(code, at + 4), number(registers, code, at + 3))
+    store3_f64(registers, out, color)
     store_f64(registers, out + 3, (color[0] + color[1] + color[2]) / 3.0)

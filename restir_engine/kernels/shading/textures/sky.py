@@ -2,11 +2,13 @@
 
 import math
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import load_f32, load_i32
-from ...core.records import image_at
+from ...core.records import image_at, scene_at
+from ...core.vec import store3_f64
+from ..operands import triple
 from .image import EXTEND, bilinear
-from .registers import floor, vector, write
+from .rounding import floor
 
 PERCEPTUAL, HALF_DOME, FULL_DOME = 0, 1, 2
 
@@ -117,10 +119,11 @@ def _to_rgb(table, at, c):
     )
 
 
-@device
-def sky_op(scene, registers, code, at):
+@entry
+def sky_op(scene, _sp, registers, code, at):
     """Sky Texture: see opcodes.SKY."""
-    d = vector(registers, code, at + 1)
+    scene = scene_at(scene, 0)
+    d = triple(registers, code, at + 1)
     index = load_i32(code, at + 2)
     table = scene.tables + 4 * load_i32(code, at + 3)
     kind = load_i32(code, at + 4)
@@ -130,4 +133,4 @@ def sky_op(scene, registers, code, at):
         c = _full_dome(scene, index, table, d)
     else:
         c = _to_rgb(table, 20, _perceptual(table, d))
-    write(registers, load_i32(code, at), (max(c[0], 0.0), max(c[1], 0.0), max(c[2], 0.0)))
+    store3_f64(registers, load_i32(code, at), (max(c[0], 0.0), max(c[1], 0.0), max(c[2], 0.0)))

@@ -6,10 +6,11 @@ One-dimensional cells lie along x.
 
 import math
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import load_f64, load_i32, store_f64
+from ..operands import number, triple
 from .hashing import cell_color, cell_point, pcg_point
-from .registers import floor, single, value, vector
+from .rounding import floor, single
 
 F1, F2, SMOOTH_F1, DISTANCE_TO_EDGE, N_SPHERE_RADIUS = 0, 1, 2, 3, 4
 EUCLIDEAN, MANHATTAN, CHEBYCHEV, MINKOWSKI = 0, 1, 2, 3
@@ -273,26 +274,26 @@ def _fractal(flags, detail, roughness, lacunarity, smoothness, exponent, randomn
             store_f64(sums, n, load_f64(sums, n) / (1.0 if edge else reach))
 
 
-@device
-def voronoi_op(registers, code, at):
+@entry
+def voronoi_op(_scene, _sp, registers, code, at):
     """Voronoi Texture: see opcodes.VORONOI."""
     out = load_i32(code, at)
-    p = vector(registers, code, at + 1)
-    scale = value(registers, code, at + 3)
-    detail = min(max(value(registers, code, at + 4), 0.0), 15.0)
-    roughness = min(max(value(registers, code, at + 5), 0.0), 1.0)
-    lacunarity = value(registers, code, at + 6)
+    p = triple(registers, code, at + 1)
+    scale = number(registers, code, at + 3)
+    detail = min(max(number(registers, code, at + 4), 0.0), 15.0)
+    roughness = min(max(number(registers, code, at + 5), 0.0), 1.0)
+    lacunarity = number(registers, code, at + 6)
     if abs(lacunarity) < 1e-6:
         lacunarity = 1e-6
-    smoothness = min(max(0.5 * value(registers, code, at + 7), 0.0), 0.5)
-    exponent = max(value(registers, code, at + 8), 1e-3)
-    randomness = min(max(value(registers, code, at + 9), 0.0), 1.0)
+    smoothness = min(max(0.5 * number(registers, code, at + 7), 0.0), 0.5)
+    exponent = max(number(registers, code, at + 8), 1e-3)
+    randomness = min(max(number(registers, code, at + 9), 0.0), 1.0)
     flags = load_i32(code, at + 10)
     dimensions = flags & 15
-    x = single((value(registers, code, at + 2) if dimensions == 1 else p[0]) * scale)
+    x = single((number(registers, code, at + 2) if dimensions == 1 else p[0]) * scale)
     y = single(p[1] * scale) if dimensions > 1 else 0.0
     z = single(p[2] * scale) if dimensions > 2 else 0.0
-    w = single(value(registers, code, at + 2) * scale) if dimensions > 3 else 0.0
+    w = single(number(registers, code, at + 2) * scale) if dimensions > 3 else 0.0
     state = registers + 8 * (out + RESULTS)
     for n in range(RESULTS):
         store_f64(registers, out + n, 0.0)

@@ -2,10 +2,11 @@
 
 import math
 
-from ...core.jit import device
+from ...core.jit import device, entry
 from ...core.memory import load_i32, store_f64
+from ..operands import number, triple
 from .noise import FBM, FLAG_NORMALIZE, fractal_noise
-from .registers import floor, off_grid, value, vector
+from .rounding import floor, off_grid
 
 BANDS, RINGS = 0, 1
 X, Y, Z, DIAGONAL, SPHERICAL = 0, 1, 2, 3, 3
@@ -29,19 +30,19 @@ def _phase(kind, direction, x, y, z):
     return 20.0 * math.sqrt(x * x + y * y + z * z)
 
 
-@device
-def wave_op(registers, code, at):
+@entry
+def wave_op(_scene, _sp, registers, code, at):
     """Wave Texture: see opcodes.WAVE; flags: kind | direction << 4 | profile << 8."""
-    p = vector(registers, code, at + 1)
-    scale = value(registers, code, at + 2)
-    distortion = value(registers, code, at + 3)
+    p = triple(registers, code, at + 1)
+    scale = number(registers, code, at + 2)
+    distortion = number(registers, code, at + 3)
     flags = load_i32(code, at + 8)
     x, y, z = off_grid(p[0] * scale), off_grid(p[1] * scale), off_grid(p[2] * scale)
-    n = _phase(flags & 15, (flags >> 4) & 15, x, y, z) + value(registers, code, at + 7)
+    n = _phase(flags & 15, (flags >> 4) & 15, x, y, z) + number(registers, code, at + 7)
     if distortion != 0.0:
-        detail = min(max(value(registers, code, at + 4), 0.0), 15.0)
-        s = value(registers, code, at + 5)
-        roughness = max(value(registers, code, at + 6), 0.0)
+        detail = min(max(number(registers, code, at + 4), 0.0), 15.0)
+        s = number(registers, code, at + 5)
+        roughness = max(number(registers, code, at + 6), 0.0)
         noise = fractal_noise(_NOISE_FLAGS, x * s, y * s, z * s, 0.0, detail, roughness, 2.0, 0.0, 0.0)
         n += distortion * (2.0 * noise - 1.0)
     profile = (flags >> 8) & 15
