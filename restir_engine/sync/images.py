@@ -16,9 +16,13 @@ import bpy
 import numpy as np
 
 from ..scene.images import srgb_decode
+from .image_headers import FileAlpha, file_alpha
 
 _ENCODED = "sRGB"
 _LINEAR = "Linear Rec.709"
+_RAW = "Non-Color"
+# Files whose encoded values Blender turns into scene-linear floats when they have more than 8 bits: Cycles does not.
+_ENCODED_FLOATS = ("PNG", "TIFF", "JPEG2000")
 
 
 def image_index(scene, image: bpy.types.Image, image_user, warn) -> int:
@@ -53,10 +57,18 @@ def associates_alpha(image: bpy.types.Image) -> bool:
     return not image.colorspace_settings.is_data and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
 
 
-def _to_associate(image, is_float: bool) -> bool:
-    """Whether Cycles multiplies the colours of the buffer by alpha: before Blender 5 of all bytes and of no floats."""
-    straight = image.alpha_mode == "STRAIGHT" if bpy.app.version >= (5, 0, 0) else not is_float
-    return associates_alpha(image) and straight
+def _to_associate(image, is_float: bool, path: str | None) -> bool:
+    """Whether Cycles multiplies the colours by alpha: from Blender 5 on if the image is set to straight, before all
+    integers that are so in the file; never the grey of a file.
+
+    path: the file that Cycles reads itself, None where it takes Blender's pixels.
+    """
+    if not associates_alpha(image):
+        return False
+    says = FileAlpha() if path is None else file_alpha(path)
+    if bpy.app.version >= (5, 0, 0):
+        return image.alpha_mode == "STRAIGHT" and not says.is_grey
+    return not is_float and not says.is_grey and not says.is_associated
 
 
 def _frame(user, frame: int) -> int:
@@ -84,9 +96,9 @@ def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | 
     if image.source == "MOVIE":
         warn(f"movie “{image.name}”: shows the one frame that Blender has loaded")
     try:
-        with _loaded(image, frame, tile) as source:
+        with _loaded(image, frame, tile) as (source, path):
             if source is not None and source.size[0] and source.size[1]:
-                found = _pixels(source, image)
+                found = _pixels(source, image, path)
                 if found is not None:
                     return found
     except RuntimeError:  # Blender cannot read the file
@@ -97,8 +109,11 @@ def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | 
 
 
 @contextmanager
-def _loaded(image, frame: int, tile: int) -> Iterator[bpy.types.Image | None]:
-    """A datablock whose pixels are those of the frame or tile: the image itself where it can be."""
+def _loaded(image, frame: int, tile: int) -> Iterator[tuple[bpy.types.Image | None, str | None]]:
+    """A datablock whose pixels are those of the frame or tile, and the file, if it holds the file's own values.
+
+    The datablock is the image itself where it can be.
+    """
     path = bpy.path.abspath(image.filepath, library=image.library)
     if image.source == "SEQUENCE":
         with _temporary(_numbered(path, frame), image) as loaded:
@@ -115,33 +130,51 @@ def _loaded(image, frame: int, tile: int) -> Iterator[bpy.types.Image | None]:
     else:
         was_loaded = image.has_data
         try:
-            if image.source == "FILE" and image.packed_file is None and _is_converted(image):
-                # Cycles reads the file itself, without the conversion of alpha that Blender makes.
-                with _temporary(path, image, "PREMUL" if image.is_float else "STRAIGHT") as loaded:
-                    yield loaded or image
-            else:
-                yield image
+            with _own(image, path) as loaded:
+                yield loaded
         finally:
             if image.source == "FILE" and not was_loaded and not image.is_dirty:
                 image.buffers_free()  # Blender takes as much memory as before
 
 
+@contextmanager
+def _own(image, path: str) -> Iterator[tuple[bpy.types.Image, str | None]]:
+    """As `_loaded`, of an image that stands for itself."""
+    path = _tile_path(path, image.tiles[0].number) if image.source == "TILED" else path
+    of_file = image.source in ("FILE", "TILED") and image.packed_file is None and not image.is_dirty
+    if of_file and Path(path).is_file():
+        if _is_converted(image):
+            with _temporary(path, image) as loaded:
+                yield loaded
+        else:
+            yield image, path
+    else:
+        yield image, None
+
+
 def _is_converted(image) -> bool:
-    """Whether Blender changes the alpha of a file when it loads it: bytes to straight, floats to associated."""
+    """Whether Blender changes a file's values when it loads them: alpha, of bytes to straight and of floats to
+    associated, and colours that more than 8 bits encode."""
+    if image.is_float and image.file_format in _ENCODED_FLOATS:
+        return True
     return image.alpha_mode == ("STRAIGHT" if image.is_float else "PREMUL") and not image.colorspace_settings.is_data
 
 
 @contextmanager
-def _temporary(path: str, like, alpha_mode: str = "") -> Iterator[bpy.types.Image | None]:
-    """The file at `path` with the colour and alpha settings of another image; None where there is no such file."""
+def _temporary(path: str, like) -> Iterator[tuple[bpy.types.Image | None, str | None]]:
+    """The values of the file at `path`, which is returned, too, in the colour space of another image.
+
+    Colours that more than 8 bits encode stay encoded. None where there is no such file.
+    """
     if not Path(path).is_file():
-        yield None
+        yield None, None
         return
     loaded = bpy.data.images.load(path, check_existing=False)
     try:
-        loaded.colorspace_settings.name = like.colorspace_settings.name
-        loaded.alpha_mode = alpha_mode or like.alpha_mode
-        yield loaded
+        encoded = loaded.is_float and loaded.file_format in _ENCODED_FLOATS
+        loaded.colorspace_settings.name = _RAW if encoded else like.colorspace_settings.name
+        loaded.alpha_mode = "CHANNEL_PACKED"
+        yield loaded, path
     finally:
         bpy.data.images.remove(loaded)
 
@@ -158,8 +191,8 @@ def _tile_path(path: str, tile: int) -> str:
     return path.replace("<UDIM>", str(tile)).replace("<UVTILE>", f"u{u}_v{v}")
 
 
-def _pixels(source, image) -> tuple[np.ndarray, np.ndarray | None] | None:
-    """(pixels, decode table) of a loaded datablock with the settings of `image`."""
+def _pixels(source, image, path: str | None) -> tuple[np.ndarray, np.ndarray | None] | None:
+    """(pixels, decode table) of a loaded datablock with the settings of `image`; path: see `_loaded`."""
     width, height = source.size
     values = np.empty(width * height * 4, np.float32)
     if len(source.pixels) != len(values):
@@ -171,18 +204,43 @@ def _pixels(source, image) -> tuple[np.ndarray, np.ndarray | None] | None:
     values = values.reshape(height, width, 4)
     if image.alpha_mode == "NONE":
         values[..., 3] = 1.0
-    if source.is_float:  # Blender has made them scene-linear when it loaded the file
-        if _to_associate(image, True):
+    encoded = path is not None and source.is_float and source.file_format in _ENCODED_FLOATS
+    if source.is_float and not encoded:  # Blender has made them scene-linear when it loaded the file
+        if _to_associate(image, True, path):
             values[..., :3] *= values[..., 3:]
         return _finite(values), None
     name = image.colorspace_settings.name
     as_it_is = image.colorspace_settings.is_data or name == _LINEAR
+    associate = _to_associate(image, False, path)
     if not as_it_is and not (name == _ENCODED and _works_in_rec709()):
-        values = _to_scene_linear(values, name)
-        if _to_associate(image, False):
-            values[..., :3] *= values[..., 3:]
-        return values, None
-    return _bytes(values, _to_associate(image, False)), None if as_it_is else srgb_decode()
+        return _converted(values, name, associate, _unassociates(image)), None
+    decode = None if as_it_is else srgb_decode()
+    if not encoded:
+        return _bytes(values, associate), decode
+    if associate:
+        values[..., :3] *= values[..., 3:]
+    return _finite(values), decode
+
+
+def _unassociates(image) -> bool:
+    """Whether Cycles takes the colours for multiplied by alpha when it converts their colour space."""
+    if bpy.app.version >= (5, 0, 0):
+        return image.alpha_mode in ("STRAIGHT", "PREMUL")
+    return image.alpha_mode != "NONE"
+
+
+def _converted(values: np.ndarray, name: str, associate: bool, unassociate: bool) -> np.ndarray:
+    """Scene-linear colours of values in the colour space `name`, associated with alpha where they are or shall be."""
+    alpha = values[..., 3:]
+    part = (alpha > 0.0) & (alpha < 1.0) if unassociate and not associate else np.zeros(alpha.shape, bool)
+    divided = np.divide(values, alpha, out=values.copy(), where=part)
+    divided[..., 3:] = alpha
+    result = _to_scene_linear(divided, name)
+    if associate:
+        result[..., :3] *= alpha
+    else:
+        np.multiply(result[..., :3], alpha, out=result[..., :3], where=part)
+    return result
 
 
 def _finite(values: np.ndarray) -> np.ndarray:

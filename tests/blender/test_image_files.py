@@ -1,0 +1,94 @@
+"""Image files against Cycles: every depth and kind of alpha, in each alpha mode, with and without the Alpha output."""
+
+import itertools
+
+import bpy
+import image_files
+import pytest
+from node_parity import add_node, compare
+
+HALF = 3e-3  # Cycles keeps converted colours in half precision
+
+COLORS = ((0.8, 0.5, 0.2, 0.6), (0.8, 0.5, 0.2, 0.02), (0.8, 0.5, 0.2), (0.5,), (0.5, 0.3))
+MODES = ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")
+KINDS = [("png", 8), ("png", 16), ("tif", 8), ("tif", 16), ("tif", 32), ("associated tif", 16), ("associated tif", 32)]
+
+
+def texture(path, space, mode, with_alpha, packed):
+    """Red and green of an image file, and blue, or alpha in place of it."""
+
+    def build(tree):
+        picture = bpy.data.images.load(str(path), check_existing=False)
+        picture.colorspace_settings.name, picture.alpha_mode = space, mode
+        if packed:
+            picture.pack()
+        node = add_node(tree, "ShaderNodeTexImage", image=picture, extension="EXTEND")
+        if not with_alpha:
+            return node.outputs["Color"]
+        split = add_node(tree, "ShaderNodeSeparateXYZ", inputs={"Vector": node.outputs["Color"]})
+        inputs = {"X": split.outputs[0], "Y": split.outputs[1], "Z": node.outputs["Alpha"]}
+        return add_node(tree, "ShaderNodeCombineXYZ", inputs=inputs).outputs[0]
+
+    return build
+
+
+def written(folder, kind, bits, color):
+    path = folder / f"{kind} {bits} {color}.{kind[-3:]}"
+    if kind == "png":
+        image_files.write_png(path, color, bits)
+    else:
+        image_files.write_tiff(path, color, bits, associated=kind != "tif")
+    return path
+
+
+def wrong(cases):
+    """The cases whose middle differs: (Cycles, ours)."""
+    found = {}
+    for name, parity in compare(cases).items():
+        if not parity.error <= HALF:
+            found[name] = parity.cycles[4, 4], parity.ours[4, 4]
+    return found
+
+
+@pytest.mark.parametrize("packed", [False, True], ids=["file", "packed"])
+@pytest.mark.parametrize("space", ["sRGB", "Non-Color", "Linear Rec.709", "Rec.1886"])
+def test_alpha_of_files(space, packed, tmp_path):
+    cases = {}
+    for (kind, bits), color in itertools.product(KINDS, COLORS):
+        path = written(tmp_path, kind, bits, color)
+        has_alpha = len(color) in (2, 4)
+        for mode in MODES if has_alpha else MODES[:1]:
+            for with_alpha in (False, True) if has_alpha else (False,):
+                name = f"{path.name} {mode}" + (" with alpha" if with_alpha else "")
+                cases[name] = texture(path, space, mode, with_alpha, packed)
+    assert wrong(cases) == {}
+
+
+def test_a_sequence_of_files_with_16_bits(tmp_path):
+    for number, alpha in enumerate((0.3, 0.6), 1):
+        image_files.write_png(tmp_path / f"shot_{number:02d}.png", (0.8, 0.5, 0.2, alpha), 16)
+
+    def shot(mode, with_alpha):
+        def build(tree):
+            output = texture(tmp_path / "shot_01.png", "sRGB", mode, with_alpha, False)(tree)
+            node = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeTexImage")
+            node.image.source = "SEQUENCE"
+            node.image_user.frame_duration, node.image_user.frame_offset = 2, 1
+            node.image_user.use_auto_refresh = True
+            return output
+
+        return build
+
+    cases = {f"{mode} {alpha}": shot(mode, alpha) for mode in MODES for alpha in (False, True)}
+    assert wrong(cases) == {}
+
+
+def test_what_headers_say(tmp_path):
+    from restir_engine.sync.image_headers import file_alpha
+
+    image_files.write_png(tmp_path / "grey.png", (0.5, 0.3), 16)
+    image_files.write_tiff(tmp_path / "colour.tif", (0.5, 0.3, 0.2, 0.1), 16, associated=True)
+    assert file_alpha(str(tmp_path / "grey.png")) == (True, False)
+    assert file_alpha(str(tmp_path / "colour.tif")) == (False, True)
+    (tmp_path / "empty.png").write_bytes(b"")
+    assert file_alpha(str(tmp_path / "empty.png")) == (False, False)
