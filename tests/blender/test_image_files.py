@@ -3,9 +3,10 @@
 import itertools
 
 import bpy
-import image_files
 import pytest
-from node_parity import add_node, compare
+from testing.blender.node_parity import add_node, compare
+
+from testing.blender import image_files
 
 HALF = 3e-3  # Cycles keeps converted colours in half precision
 
