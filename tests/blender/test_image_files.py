@@ -4,9 +4,9 @@ import itertools
 
 import bpy
 import pytest
-from testing.blender.node_parity import add_node, compare
 
 from testing.blender import image_files
+from testing.blender.nodes import add_node, compare
 
 HALF = 3e-3  # Cycles keeps converted colours in half precision
 
