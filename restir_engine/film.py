@@ -76,8 +76,4 @@ class Film:
             result[:, :, :3] *= self.exposure
         elif item.divide or item.field in _LIGHT:
             result[:, :, :3] *= self.exposure
-        elif name == "Denoising Normal" or name == "Normal":
-            length = np.linalg.norm(result, axis=2, keepdims=True)
-            if name == "Normal":
-                np.divide(result, length, out=result, where=length > 0.0)
         return result

@@ -255,6 +255,51 @@ def test_both_integrators_render_the_same_passes(lit, written):
         np.testing.assert_allclose(restir[name].mean((0, 1)), pixels.mean((0, 1)), rtol=0.01, atol=1e-3, err_msg=name)
 
 
+@pytest.mark.parametrize(
+    "settings", [{}, {"integrator": "RESTIR"}, {"integrator": "RESTIR", "restir_rounds": 1, "restir_temporal": True}]
+)
+def test_light_passes_add_up_to_the_picture_in_every_pixel(scene, written, settings):
+    """With lobes of all classes, some of them without colour in a channel, under more lights than a tile looks at."""
+    kit.camera()
+    kit.floor()
+    glass = kit.principled(Transmission_Weight=1.0, Roughness=0.2)
+    kit.row([kit.principled(Base_Color=(0.8, 0.2, 0.0, 1.0)), kit.principled(Metallic=1.0), glass])
+
+    def two_colors(node):
+        shines = node("BsdfGlossy", Color=(1.0, 0.1, 0.0, 1.0), Roughness=0.3)
+        return node("MixShader", {1: node("BsdfTranslucent", Color=(0.0, 0.3, 1.0, 1.0)), 2: shines})
+
+    kit.put("plane", kit.material(two_colors), (0.0, -1.0, 1.9), 0.8, rotation=(90, 0, 0))
+    kit.lamp()
+    kit.world(lambda node: node("Background", Color=(0.1, 0.15, 0.2)))
+    for x in range(6):
+        kit.put("ball", kit.emission((1.0, 0.5, 0.2), 20.0), (x - 2.5, 1.5, 1.5), 0.1)
+    layer, classes = bpy.context.view_layer, ("diffuse", "glossy", "transmission")
+    for name in [f"{kind}_{part}" for kind in classes for part in ("direct", "indirect", "color")]:
+        setattr(layer, f"use_pass_{name}", True)
+    layer.use_pass_emit = layer.use_pass_environment = True
+    kit.assign(scene.restir, settings | {"samples": 4, "is_initialized": True})
+    scene.render.resolution_x, scene.render.resolution_y = 48, 36
+    bpy.ops.render.render()
+    found = written[-1]
+    total = found["Emission"] + found["Environment"]
+    for kind in ("Diffuse", "Glossy", "Transmission"):
+        total += (found[f"{kind} Direct"] + found[f"{kind} Indirect"]) * found[f"{kind} Color"]
+    np.testing.assert_allclose(total, found["Combined"][..., :3], rtol=1e-4, atol=1e-5)
+
+
+def test_normal_pass_is_the_mean_of_the_samples(scene, written):
+    """At edges it is shorter than 1, as in Cycles: what it is where things are covered, times how much of them is."""
+    kit.camera((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), type="ORTHO", ortho_scale=4.0)
+    kit.put("plane", kit.diffuse())
+    bpy.context.view_layer.use_pass_normal = scene.render.film_transparent = True
+    scene.restir.samples = 16
+    bpy.ops.render.render()
+    normal, alpha = written[-1]["Normal"], written[-1]["Combined"][..., 3]
+    np.testing.assert_allclose(normal[..., 2], alpha, atol=1e-5)
+    assert ((alpha > 0.1) & (alpha < 0.9)).sum() > 10
+
+
 def test_the_estimate_of_visibility_is_a_pass_of_restir(lit, written):
     """Without an obstacle all light arrives; other settings leave the pass empty and say so."""
     from restir_engine import warning_log

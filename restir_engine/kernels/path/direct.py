@@ -12,12 +12,12 @@ from ..core.records import (
     closure_at,
     light_sample_at,
 )
-from ..core.vec import is_black, mul, scale, vec
+from ..core.vec import add, is_black, mul, scale, vec
 from ..film.contribute import add3, add_light, add_scattered, clamp_contribution
 from ..lights import light_sample
 from ..lights.mean_visibility import LATER, learn, mean_visibility
 from ..lobes import bsdf_eval, bsdf_has_eval
-from ..lobes.closure import CLASS_GLOSSY, pass_class
+from ..lobes.closure import CLASS_DIFFUSE, CLASS_GLASS, CLASS_GLOSSY, CLASS_TRANSMISSION, pass_class
 from .shadow import transmittance
 from .state import DIM_LIGHT, DIM_LIGHT_POINT, mis_weight, share
 
@@ -44,15 +44,27 @@ def lobe_sum(f):
     return (f[0] + f[3] + f[6], f[1] + f[4] + f[7], f[2] + f[5] + f[8])
 
 
-@inlined
+@device
 def control_variate_class(sp):
-    """Nine floats as `add_direct` wants them, by which the variate of light tiles goes to one class of lobes.
+    """Nine floats as `add_direct` wants them, by which the variate of light tiles goes to classes of lobes.
 
-    Its mean is 0, so that any class will do, as long as the sample has no say in it.
+    Its mean is 0, so that any shares will do, as long as the sample has no say in them and a channel of a class
+    without colour gets nothing: these are the weights' shares, glass counting as glossy.
     """
-    glossy = 1.0 if pass_class(closure_at(sp.closures, 0).kind) == CLASS_GLOSSY else 0.0
-    d = 1.0 - glossy
-    return (d, d, d, glossy, glossy, glossy, 0.0, 0.0, 0.0)
+    zero = (0.0, 0.0, 0.0)
+    diffuse, glossy, through = zero, zero, zero
+    for i in range(sp.n_closures):
+        c = closure_at(sp.closures, i)
+        kind = pass_class(c.kind)
+        if kind == CLASS_DIFFUSE:
+            diffuse = add(diffuse, vec(c.weight))
+        elif kind == CLASS_TRANSMISSION:
+            through = add(through, vec(c.weight))
+        elif kind in (CLASS_GLOSSY, CLASS_GLASS):
+            glossy = add(glossy, vec(c.weight))
+    total = add(add(diffuse, glossy), through)
+    inverse = (share(1.0, total[0]), share(1.0, total[1]), share(1.0, total[2]))
+    return (*mul(diffuse, inverse), *mul(glossy, inverse), *mul(through, inverse))
 
 
 @inlined

@@ -218,4 +218,5 @@ def mark_scattered(film, path, events):
 
 @inlined
 def share(part, whole):
-    return part / whole if whole > 0.0 else 0.0
+    """part / whole; what tiles leave out of their light samples, to be made up for on average, may be below 0."""
+    return part / whole if whole != 0.0 else 0.0
