@@ -20,6 +20,7 @@ from restir_engine.kernels.lobes import (
     denoise_features,
     lobe_tables,
 )
+from restir_engine.kernels.lobes.classes import store_lobes
 from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, makes_no_lobes
 
 _scene_at = record_at(SCENE)
@@ -39,9 +40,10 @@ def _evaluate(scene, sp, directions, out, count):
     s, p = _scene_at(scene, 0), shading_point_at(sp, 0)
     for i in range(count):
         wi = (load_f64(directions, 3 * i), load_f64(directions, 3 * i + 1), load_f64(directions, 3 * i + 2))
-        value = bsdf_eval(s, p, wi)
-        for k in range(10):
-            store_f64(out, 10 * i + k, value[k])
+        value, pdf = bsdf_eval(s, p, wi)
+        row = out + 80 * i
+        store_lobes(row, 0, value)
+        store_f64(row, 9, pdf)
 
 
 @kernel
@@ -55,16 +57,13 @@ def _sample(scene, sp, key, out, count):
         store_f64(out, row, float(label))
         for k in range(3):
             store_f64(out, row + 1 + k, wi[k])
-        for k in range(9):
-            store_f64(out, row + 4 + k, value[k])
+        store_lobes(out + 8 * (row + 4), 0, value)
         store_f64(out, row + 13, pdf)
 
 
 @kernel
 def _color(scene, sp, out):
-    value = bsdf_color(_scene_at(scene, 0), shading_point_at(sp, 0))
-    for k in range(9):
-        store_f64(out, k, value[k])
+    store_lobes(out, 0, bsdf_color(_scene_at(scene, 0), shading_point_at(sp, 0)))
 
 
 @kernel

@@ -2,13 +2,16 @@
 
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined, kernel
-from ...kernels.core.memory import copy_words, record_address, store_f32
+from ...kernels.core.memory import copy_words, record_address
 from ...kernels.core.records import CLOSURE, PATH, SCRATCH_PATH, SHADING_POINT, closure_at, path_at, shading_point_at
+from ...kernels.film.frame_pixels import clear_pixel
 from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
 from ...kernels.lobes import bsdf_has_eval
 from ...kernels.lobes.closure import LOBE_SUBSURFACE
-from ...kernels.path.state import start_path
-from ..path import ENDS, SHADES, arrive, bounce, tile_point, trace_ray
+from ...kernels.path.state import ENDS, SHADES, start_path
+from ..path.scatter import bounce
+from ..path.trace import tile_point, trace_ray
+from ..path.vertex import arrive
 
 POINT_WORDS, PATH_WORDS, CLOSURE_BYTES = SHADING_POINT.itemsize // 8, PATH.itemsize // 8, CLOSURE.itemsize
 CLOSURE_WORDS = CLOSURE_BYTES // 8
@@ -50,8 +53,7 @@ def gbuffer_tile(scene, camera, integrator, film, frame, pool, capacity, scratch
         for x in range(x0, x1):
             index = y * frame.width + x
             pixel = frame.pixels + 4 * frame.channels * index
-            for k in range(frame.channels):
-                store_f32(pixel, k, 0.0)
+            clear_pixel(pixel, frame.channels)
             start_path(camera, integrator, scratch, pixel, rng.key(integrator.seed, x, y, 0), sample, x, y)
             path.mean_visibility = frame.mean_visibilities + MEAN_VISIBILITY_BYTES * index
             kept = shading_point_at(frame.points, index)

@@ -1,15 +1,17 @@
 """The last steps of a frame: a reservoir's light is added, the path goes on, and the film takes the frame in."""
 
 from ...kernels.core.jit import inlined, kernel
-from ...kernels.core.memory import copy_words, load_f32, record_address
+from ...kernels.core.memory import copy_words, record_address
 from ...kernels.core.records import SCRATCH_CLOSURES, SCRATCH_PATH, path_at, shading_point_at
 from ...kernels.core.vec import mul, vec
-from ...kernels.film.contribute import add1
+from ...kernels.film.contribute import contribute, lit
+from ...kernels.film.frame_pixels import add_pixels
 from ...kernels.geometry.intersect import put_nearest
-from ...kernels.path.direct import add_direct, lobe_sum
-from ...kernels.path.state import COUNTED
+from ...kernels.lobes.classes import lobe_sum
+from ...kernels.path.state import ARRIVES, COUNTED, GOES_ON
 from ...kernels.volume.calls import media_around
-from ..path import ARRIVES, GOES_ON, bounce, tile_point, trace_path
+from ..path.scatter import bounce
+from ..path.trace import tile_point, trace_path
 from ..resampling.frame import UNTRACED, hit_at
 from ..techniques.direct.target import load_light
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS
@@ -19,7 +21,7 @@ from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS
 def _add_light(integrator, film, path, frame, pixel):
     """Add what candidates or reuse have left as a pixel's direct light."""
     f = load_light(frame, pixel)
-    add_direct(integrator, film, path, mul(lobe_sum(f), vec(path.throughput)), f)
+    contribute(integrator, film, path, mul(lobe_sum(f), vec(path.throughput)), lit(path, f))
 
 
 @kernel
@@ -54,6 +56,4 @@ def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, x0,
 @kernel
 def film_tile(film, frame, x0, y0, x1, y1):
     """Add the frame's pixels to the film's."""
-    for y in range(y0, y1):
-        for k in range((y * frame.width + x0) * frame.channels, (y * frame.width + x1) * frame.channels):
-            add1(film.pixels, k, load_f32(frame.pixels, k))
+    add_pixels(film, frame.pixels, x0, y0, x1, y1)

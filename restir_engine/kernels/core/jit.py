@@ -59,18 +59,20 @@ def inlined(function):
 
 
 class Entry:
-    """A function of five int64 that returns nothing and that kernels call by `address` (memory.call_entry).
+    """A function of five int64 that kernels call by `address` (memory.call_entry).
 
+    It returns nothing, or an int64 where `outcome` is set (memory.call_for_outcome).
     Its code is compiled when the address is first asked for, and never again inside its callers: for what is large,
     rarely needed and not in the innermost loop. Records are passed by their address.
     """
 
-    def __init__(self, function: Callable) -> None:
+    def __init__(self, function: Callable, outcome: bool = False) -> None:
         self.function = function
+        self._result = numba.types.int64 if outcome else numba.types.void
 
     @cached_property
     def _compiled(self):
-        signature = numba.types.void(*[numba.types.int64] * 5)
+        signature = self._result(*[numba.types.int64] * 5)
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(cache.module_folder(self.function.__module__))
         try:
@@ -87,3 +89,8 @@ class Entry:
 def entry(function: Callable) -> Entry:
     """Make a function callable by address."""
     return Entry(function)
+
+
+def outcome_entry(function: Callable) -> Entry:
+    """Make a function that returns an int64 callable by address."""
+    return Entry(function, outcome=True)

@@ -148,17 +148,22 @@ def record_address(typingctx, record):
     return types.int64(record), codegen
 
 
-@intrinsic
-def call_entry(typingctx, function, a, b, c, d, e):
-    """Call the code at an address (jit.Entry.address) with five int64."""
+def _caller(result):
+    @intrinsic
+    def call(typingctx, function, a, b, c, d, e):
+        def codegen(context, builder, signature, args):
+            word = ir.IntType(64)
+            kind = ir.FunctionType(word if result is types.int64 else ir.VoidType(), [word] * 5)
+            value = builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+            return value if result is types.int64 else context.get_dummy_value()
 
-    def codegen(context, builder, signature, args):
-        word = ir.IntType(64)
-        kind = ir.FunctionType(ir.VoidType(), [word] * 5)
-        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
-        return context.get_dummy_value()
+        return result(*[types.int64] * 6), codegen
 
-    return types.void(*[types.int64] * 6), codegen
+    return call
+
+
+# Call the code at an address (jit.Entry.address) with five int64; what it returns, if it does.
+call_entry, call_for_outcome = _caller(types.void), _caller(types.int64)
 
 
 __all__ = [name for name in globals() if not name.startswith("_") and name not in ("ir", "np", "types", "inlined")]

@@ -1,36 +1,86 @@
-"""Writing to the film: contributions by pass, clamps, data passes. A kernel owns the pixels of its tile."""
+"""The one way by which light reaches the film.
+
+A path streams contributions: a value (rgb, throughput and MIS weight included) and WHAT it is. How many bounces lie
+between the light and the eye, and thereby clamps and passes, follow from the path and from that. Passes that describe
+the first surface are no light: `surface_passes`.
+"""
 
 import math
+from typing import NamedTuple
 
 from ..core.jit import device, inlined
 from ..core.memory import load_f32, store_f32
-from ..core.vec import vec
+from ..core.vec import average, is_black, mul, vec
+from ..lobes.classes import NO_LOBES, Lobes, lobe_sum, share
+
+# Where light comes from (What.kind). By the path's own ray: what lamps, surfaces and media emit; the world; the world
+# behind a transparent film, which is no part of Combined. By a light sample at the path's vertex: DIRECT.
+EMISSION, ENVIRONMENT, BACKDROP, DIRECT = 0, 1, 2, 3
+
+# By what light was scattered below a surface at the first time (PATH.scattering, What.scattering); 0: it was not.
+BOUNDARY, SINGLE, MULTIPLE = 1, 2, 3
+
+
+class What(NamedTuple):
+    """What a contribution is, besides its value; made by `found`, `lit` and `lit_at_exit`."""
+
+    kind: int  # EMISSION …
+    lobes: Lobes  # of DIRECT: the BSDF at the vertex by classes, of which the shares count
+    scattering: int  # 0, BOUNDARY …
 
 
 @inlined
-def add1(pixel, offset, x):
-    store_f32(pixel, offset, load_f32(pixel, offset) + x)
+def found(path, kind):
+    """What the path's own ray has found."""
+    return What(kind, NO_LOBES, path.scattering)
 
 
 @inlined
-def add3(pixel, offset, c):
-    """Add to three channels of a pixel; an offset of -1 is a pass that nobody wants."""
-    if offset >= 0:
-        add1(pixel, offset, c[0])
-        add1(pixel, offset + 1, c[1])
-        add1(pixel, offset + 2, c[2])
-
-
-@device
-def set3(pixel, offset, c):
-    if offset >= 0:
-        store_f32(pixel, offset, c[0])
-        store_f32(pixel, offset + 1, c[1])
-        store_f32(pixel, offset + 2, c[2])
+def lit(path, lobes):
+    """A light sample at the path's vertex."""
+    return What(DIRECT, lobes, path.scattering)
 
 
 @inlined
-def clamp_contribution(c, limit):
+def lit_at_exit(path, lobes, events):
+    """A light sample where light leaves an object after so many scattering events below its surface."""
+    return What(DIRECT, lobes, first_scattering(path, events))
+
+
+@inlined
+def first_scattering(path, events):
+    """The class of the path's first scattering below a surface, of which the latest has had so many events."""
+    return path.scattering if path.scattering != 0 else min(BOUNDARY + events, MULTIPLE)
+
+
+@inlined
+def contribute(integrator, film, path, value, what):
+    """Hand on what light a path has found; all of it passes here, and the film takes it.
+
+    What takes a path's contributions instead (a reservoir of paths, a cache) takes them here, as they are clamped.
+    """
+    if is_black(value):
+        return
+    bounces = path.bounce + 1 if what.kind == DIRECT else path.bounce
+    if what.kind != BACKDROP:
+        value = _clamped(value, integrator.clamp_indirect if bounces > 1 else integrator.clamp_direct)
+    _add_to_film(film, path, value, what, bounces)
+
+
+@inlined
+def let_through(film, path, share):
+    """A share of the path sees what is behind the picture: the sum in Combined's alpha channel is what is missing."""
+    add1(path.pixel, film.combined + 3, share * average(vec(path.throughput)))
+
+
+@inlined
+def wants_backdrop(film):
+    """Whether anybody takes the world behind a transparent film."""
+    return film.environment >= 0
+
+
+@inlined
+def _clamped(c, limit):
     """Scale a contribution whose channels add up to more than `limit`; one that is not finite becomes black."""
     total = abs(c[0]) + abs(c[1]) + abs(c[2])
     if not total < math.inf:
@@ -41,45 +91,73 @@ def clamp_contribution(c, limit):
     return c
 
 
-# Instead of the shares of diffuse lobes: the first bounce was in a medium.
-IN_MEDIUM = (-1.0, -1.0, -1.0)
+@inlined
+def _add_to_film(film, path, c, what, bounces):
+    """Add a contribution to Combined and to the passes that it belongs to."""
+    if what.kind == BACKDROP:
+        add3(path.pixel, film.environment, c)
+        return
+    add3(path.pixel, film.combined, c)
+    if bounces == 0:
+        add3(path.pixel, film.environment if what.kind == ENVIRONMENT else film.emission, c)
+    elif film.light_passes > 0:
+        _add_by_first_bounce(film, path, c, what.lobes, bounces > 1)
+    if what.scattering != 0:
+        _add_by_scattering(film, path, c, what.scattering)
+    if what.kind != DIRECT and path.denoise and film.denoising_albedo >= 0:
+        add3(path.pixel, film.denoising_albedo, mul(vec(path.feature_throughput), c))
 
 
 @device
-def add_light(film, pixel, c, indirect, diffuse, glossy):
-    """Add a contribution to Combined and, by the shares of lobe classes at the first bounce, to the light passes."""
-    add3(pixel, film.combined, c)
-    if film.light_passes > 0 and diffuse[0] < 0.0:
-        add3(pixel, film.volume_indirect if indirect else film.volume_direct, c)
-    elif film.light_passes > 0:
-        d = (c[0] * diffuse[0], c[1] * diffuse[1], c[2] * diffuse[2])
-        g = (c[0] * glossy[0], c[1] * glossy[1], c[2] * glossy[2])
-        t = (c[0] - d[0] - g[0], c[1] - d[1] - g[1], c[2] - d[2] - g[2])
-        add3(pixel, film.diffuse_indirect if indirect else film.diffuse_direct, d)
-        add3(pixel, film.glossy_indirect if indirect else film.glossy_direct, g)
-        add3(pixel, film.transmission_indirect if indirect else film.transmission_direct, t)
-
-
-@inlined
-def add_scattered(film, path, c):
-    """Add a contribution to the passes of the path's first subsurface scattering."""
-    if path.scatter_pass != -1:
-        add3(path.pixel, film.subsurface, c)
-        add3(path.pixel, path.scatter_pass, c)
-
-
-@inlined
-def add_hit(film, integrator, path, radiance, mis, own_pass):
-    """Add light that the path's ray found by itself; seen directly it belongs to `own_pass` (emission, environment)."""
-    t = path.throughput
-    c = (t[0] * radiance[0] * mis, t[1] * radiance[1] * mis, t[2] * radiance[2] * mis)
-    c = clamp_contribution(c, integrator.clamp_indirect if path.bounce > 1 else integrator.clamp_direct)
+def _add_by_first_bounce(film, path, c, lobes, indirect):
+    """Add to the light passes by the shares of the classes of lobes at the first bounce, which may be that here."""
+    if path.first_in_medium:
+        add3(path.pixel, film.volume_indirect if indirect else film.volume_direct, c)
+        return
+    diffuse, glossy = vec(path.diffuse_share), vec(path.glossy_share)
     if path.bounce == 0:
-        add3(path.pixel, film.combined, c)
-        add3(path.pixel, own_pass, c)
-    else:
-        add_light(film, path.pixel, c, path.bounce > 1, vec(path.diffuse_weight), vec(path.glossy_weight))
-    add_scattered(film, path, c)
-    if path.denoise and film.denoising_albedo >= 0:
-        f = path.feature_throughput
-        add3(path.pixel, film.denoising_albedo, (f[0] * c[0], f[1] * c[1], f[2] * c[2]))
+        diffuse, glossy = class_shares(lobes)
+    d = mul(c, diffuse)
+    g = mul(c, glossy)
+    t = (c[0] - d[0] - g[0], c[1] - d[1] - g[1], c[2] - d[2] - g[2])
+    add3(path.pixel, film.diffuse_indirect if indirect else film.diffuse_direct, d)
+    add3(path.pixel, film.glossy_indirect if indirect else film.glossy_direct, g)
+    add3(path.pixel, film.transmission_indirect if indirect else film.transmission_direct, t)
+
+
+@inlined
+def class_shares(lobes):
+    """(diffuse, glossy) rgb: the shares of these classes in the sum; what is missing to 1 is transmission."""
+    total = lobe_sum(lobes)
+    d, g = lobes.diffuse, lobes.glossy
+    return (
+        (share(d[0], total[0]), share(d[1], total[1]), share(d[2], total[2])),
+        (share(g[0], total[0]), share(g[1], total[1]), share(g[2], total[2])),
+    )
+
+
+@device
+def _add_by_scattering(film, path, c, scattering):
+    """Add to the passes of the first scattering below a surface."""
+    add3(path.pixel, film.subsurface, c)
+    part = film.subsurface_multiple
+    if scattering == BOUNDARY:
+        part = film.subsurface_boundary
+    elif scattering == SINGLE:
+        part = film.subsurface_single
+    add3(path.pixel, part, c)
+
+
+@inlined
+def add1(pixel, offset, x):
+    """Add to a channel of a pixel, whose floats begin at an address."""
+    store_f32(pixel, offset, load_f32(pixel, offset) + x)
+
+
+@inlined
+def add3(pixel, offset, c):
+    """Add to three channels of a pixel; an offset of -1 is a pass that nobody wants."""
+    if offset >= 0:
+        add1(pixel, offset, c[0])
+        add1(pixel, offset + 1, c[1])
+        add1(pixel, offset + 2, c[2])

@@ -1,28 +1,46 @@
-"""Passes that describe the first surface: data, colours of lobes, the denoiser's features."""
+"""Passes that describe the first surface, or the first medium: data, colours of lobes, the denoiser's features."""
 
-from ..core.jit import device
+from ..core.jit import device, inlined
 from ..core.memory import store_f32
 from ..core.records import instance_at, material_at
-from ..core.vec import average, dot, length, mul, put, transform_point, vec
+from ..core.vec import average, dot, length, mul, put, store3_f32, transform_point, vec
 from ..geometry.attributes import attribute
 from ..lobes import bsdf_color, bsdf_normal, denoise_features
-from .contribute import add3, set3
+from .contribute import add3
+
+
+@inlined
+def surface_passes(scene, camera, integrator, film, path, sp):
+    """Describe the surface at sp, if the path is the first to see one."""
+    if film.data_passes > 0 and path.background_visible > 0:
+        _data_passes(scene, camera, integrator, film, path, sp)
+    if film.denoising_albedo >= 0 and path.denoise > 0:
+        _feature_passes(scene, camera, film, path, sp)
+
+
+@inlined
+def medium_passes(film, path, albedo):
+    """Describe a medium that the path scatters in, by its albedo, if nothing else has been."""
+    if film.denoising_albedo >= 0 and path.denoise > 0:
+        add3(path.pixel, film.denoising_albedo, mul(vec(path.feature_throughput), albedo))
+        path.denoise = 0
 
 
 @device
-def data_passes(scene, camera, integrator, film, path, sp):
-    """Passes that describe the first surface: those of the first sample, averages, and lobes' colours."""
+def _data_passes(scene, camera, integrator, film, path, sp):
+    """Those of the first sample, averages, and lobes' colours."""
     pixel = path.pixel
     p = vec(sp.p)
     if path.data_done == 0:
         if path.sample == 0:
             if film.depth >= 0:
-                store_f32(pixel, film.depth, camera_depth(camera, p))
+                store_f32(pixel, film.depth, _camera_depth(camera, p))
             if film.object_index >= 0:
                 store_f32(pixel, film.object_index, float(instance_at(scene.instances, sp.instance).object_index))
             if film.material_index >= 0:
                 store_f32(pixel, film.material_index, float(material_at(scene.materials, sp.material).pass_index))
-            set3(pixel, film.position, p)
+            if film.position >= 0:
+                store3_f32(pixel + 4 * film.position, 0, p)
         if average(vec(sp.transparent)) <= 1.0 - integrator.pass_alpha_threshold:
             add3(pixel, film.normal, bsdf_normal(sp))
             if film.uv >= 0:
@@ -33,20 +51,20 @@ def data_passes(scene, camera, integrator, film, path, sp):
     if film.diffuse_color >= 0 or film.glossy_color >= 0 or film.transmission_color >= 0:
         c = bsdf_color(scene, sp)
         t = vec(path.throughput)
-        add3(pixel, film.diffuse_color, mul(t, (c[0], c[1], c[2])))
-        add3(pixel, film.glossy_color, mul(t, (c[3], c[4], c[5])))
-        add3(pixel, film.transmission_color, mul(t, (c[6], c[7], c[8])))
+        add3(pixel, film.diffuse_color, mul(t, c.diffuse))
+        add3(pixel, film.glossy_color, mul(t, c.glossy))
+        add3(pixel, film.transmission_color, mul(t, c.transmission))
 
 
 @device
-def camera_depth(camera, p):
+def _camera_depth(camera, p):
     """Distance along the view axis; for a panorama from the camera's centre."""
     q = transform_point(camera.to_camera, p)
     return length(q) if camera.kind == 2 else -q[2]
 
 
 @device
-def feature_passes(scene, camera, film, path, sp):
+def _feature_passes(scene, camera, film, path, sp):
     """The denoiser's albedo and normal, behind mirrors and glass those of what is seen in them."""
     albedo, normal, specular, diffuse_like = denoise_features(scene, sp)
     t = vec(path.feature_throughput)

@@ -8,6 +8,7 @@ from ..core.jit import device
 from ..core.records import closure_at
 from ..core.vec import dot, madd, neg, scale, vec
 from .ashikhmin import ashikhmin_eval, ashikhmin_sample, ashikhmin_singular
+from .classes import NO_LOBES, Lobes
 from .closure import (
     CLASS_DIFFUSE,
     CLASS_GLOSSY,
@@ -42,7 +43,6 @@ from .thin import thin_eval, thin_sample
 from .toon import toon_eval, toon_sample
 
 _NONE = (0.0, 0.0, 0.0)
-_NO_VALUE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @device
@@ -76,8 +76,7 @@ def closure_eval(c, wo, wi):
 
 @device
 def _mixture(sp, wi, sampled):
-    """(diffuse, glossy, transmission rgb; pdf) of all closures for wi; `sampled` is the index of the one that chose it,
-    else -1."""
+    """(value by class of lobes, pdf) of all closures for wi; `sampled`: the index of the one that chose it, else -1."""
     wo = vec(sp.wo)
     dr = dg = db = gr = gg = gb = tr = tg = tb = 0.0
     pdf = total = 0.0
@@ -98,13 +97,13 @@ def _mixture(sp, wi, sampled):
         else:
             tr, tg, tb = tr + r, tg + g, tb + b
     if total <= 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    return dr, dg, db, gr, gg, gb, tr, tg, tb, pdf / total
+        return NO_LOBES, 0.0
+    return Lobes((dr, dg, db), (gr, gg, gb), (tr, tg, tb)), pdf / total
 
 
 @device
 def bsdf_eval(scene, sp, wi):
-    """10 floats: diffuse, glossy and transmission rgb, times the absolute cosine, and the pdf by solid angle.
+    """(value by class of lobes, times the absolute cosine; pdf by solid angle).
 
     Singular lobes are left out of the value, and count in the pdf as a chance that is lost.
     """
@@ -114,7 +113,7 @@ def bsdf_eval(scene, sp, wi):
             pdf = lambert_eval(c, wi, 1.0)
             value = pdf * bump_shadowing(sp, c, wi, False)
             r, g, b = value * c.weight[0], value * c.weight[1], value * c.weight[2]
-            return r, g, b, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, pdf
+            return Lobes((r, g, b), _NONE, _NONE), pdf
     return _mixture(sp, wi, -1)
 
 
@@ -185,8 +184,7 @@ def closure_sample(c, sp, u0, u1, u2):
 def bsdf_sample(scene, sp, u0, u1, u2):
     """(label, wi, value, pdf); u0 picks the closure, u1 and u2 the direction.
 
-    `value` holds 9 floats (diffuse, glossy, transmission rgb, times the absolute cosine) of the mixture, `pdf` is its
-    density by solid angle.
+    `value` is the mixture's, by class of lobes, times the absolute cosine, `pdf` its density by solid angle.
     With LABEL_SINGULAR they are of the one lobe: value / pdf is the throughput. Label 0: no sample. So they are with
     LABEL_SUBSURFACE, which has no direction: `sp.scatterer` is the closure that scatters.
     """
@@ -196,26 +194,26 @@ def bsdf_sample(scene, sp, u0, u1, u2):
             wi = diffuse_sample(c, 1.0, u1, u2)
             pdf = lambert_eval(c, wi, 1.0)
             if dot(vec(sp.ng), wi) <= 0.0 or pdf <= 0.0:
-                return 0, wi, _NO_VALUE, 0.0
+                return 0, wi, NO_LOBES, 0.0
             r, g, b = scale(vec(c.weight), pdf * bump_shadowing(sp, c, wi, True))
-            return LABEL_REFLECT | LABEL_DIFFUSE, wi, (r, g, b, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), pdf
+            return LABEL_REFLECT | LABEL_DIFFUSE, wi, Lobes((r, g, b), _NONE, _NONE), pdf
     chosen, probability, u = _pick(sp, u0)
     if chosen < 0:
-        return 0, _NONE, _NO_VALUE, 0.0
+        return 0, _NONE, NO_LOBES, 0.0
     c = closure_at(sp.closures, chosen)
     if c.kind == LOBE_SUBSURFACE:
         sp.scatterer = chosen
         r, g, b = vec(c.weight)
-        return LABEL_SUBSURFACE, _NONE, (r, g, b, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), probability
+        return LABEL_SUBSURFACE, _NONE, Lobes((r, g, b), _NONE, _NONE), probability
     label, wi, throughput, side = closure_sample(c, sp, u1, u2, u)
     if label == 0:
-        return 0, wi, _NO_VALUE, 0.0
+        return 0, wi, NO_LOBES, 0.0
     if label & LABEL_SINGULAR:
         r, g, b = throughput[0] * c.weight[0], throughput[1] * c.weight[1], throughput[2] * c.weight[2]
         if label & LABEL_REFLECT:
-            return label, wi, (0.0, 0.0, 0.0, r, g, b, 0.0, 0.0, 0.0), side * probability
-        return label, wi, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, r, g, b), side * probability
-    dr, dg, db, gr, gg, gb, tr, tg, tb, pdf = _mixture(sp, wi, chosen)
+            return label, wi, Lobes(_NONE, (r, g, b), _NONE), side * probability
+        return label, wi, Lobes(_NONE, _NONE, (r, g, b)), side * probability
+    value, pdf = _mixture(sp, wi, chosen)
     if pdf <= 0.0:
-        return 0, wi, _NO_VALUE, 0.0
-    return label, wi, (dr, dg, db, gr, gg, gb, tr, tg, tb), pdf
+        return 0, wi, NO_LOBES, 0.0
+    return label, wi, value, pdf

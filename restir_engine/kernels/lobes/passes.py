@@ -6,6 +6,7 @@ from ..core.jit import device
 from ..core.records import closure_at
 from ..core.vec import add, average, is_black, madd, normalize, scale, vec
 from .albedo import microfacet_albedo
+from .classes import Lobes
 from .closure import (
     CLASS_DIFFUSE,
     CLASS_GLASS,
@@ -46,7 +47,7 @@ def _albedo(scene, sp, c):
 
 @device
 def bsdf_color(scene, sp):
-    """9 floats: directional albedos of the diffuse, glossy and transmission lobes (rgb each)."""
+    """Directional albedos by class of lobes."""
     diffuse = glossy = transmission = (0.0, 0.0, 0.0)
     for i in range(sp.n_closures):
         c = closure_at(sp.closures, i)
@@ -58,8 +59,7 @@ def bsdf_color(scene, sp):
             glossy = add(glossy, (r0, r1, r2))
         if kind in (CLASS_TRANSMISSION, CLASS_GLASS):
             transmission = add(transmission, (t0, t1, t2))
-    d, g, t = diffuse, glossy, transmission
-    return d[0], d[1], d[2], g[0], g[1], g[2], t[0], t[1], t[2]
+    return Lobes(diffuse, glossy, transmission)
 
 
 @device

@@ -1,4 +1,4 @@
-"""A path in progress (the PATH record): its start, its random dimensions, its counters, and when it ends."""
+"""A path in progress (the PATH record): its events, its start, its random dimensions, its counters, when it ends."""
 
 import math
 
@@ -36,8 +36,9 @@ COUNTED = 1.0e-200
 # may find light on its ray only.
 LAST, LAST_BEFORE_SURFACE = 1, 2
 
-# Values of `scattered` in a PATH record: the path goes on where light leaves an object; its direct light is added too.
-LEAVES, LIT = 1, 2
+# Events of a path: what comes next. Nothing; its ray is to be traced, or to be followed to what it has hit; the surface
+# where it stands is to be lit by light samples, or has been, and scatters the path; light goes on below that surface.
+ENDS, GOES_ON, ARRIVES, SHADES, LIT, ENTERS = 0, 1, 2, 3, 4, 5
 
 # Random dimensions: those of the camera, then DIMENSIONS for each vertex of the path.
 DIM_FILTER, DIM_LENS, DIM_FIRST_VERTEX = 0, 1, 4
@@ -76,9 +77,10 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     path.last = 0
     put(path.throughput, (1.0, 1.0, 1.0))
     put(path.feature_throughput, (1.0, 1.0, 1.0))
-    put(path.diffuse_weight, (0.0, 0.0, 0.0))
-    put(path.glossy_weight, (0.0, 0.0, 0.0))
-    path.scatter_pass = -1
+    put(path.diffuse_share, (0.0, 0.0, 0.0))
+    put(path.glossy_share, (0.0, 0.0, 0.0))
+    path.first_in_medium = 0
+    path.scattering = 0
     path.mis_pdf = 0.0
     path.min_pdf = FAR
     u, v = rng.sample2(key, sample, DIM_FILTER)
@@ -96,8 +98,8 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
 
 
 @inlined
-def visibility(flags):
-    """The instances' visibility bits that a path ray looks for: diffuse and glossy mean reflection only."""
+def ray_mask(flags):
+    """The bits by which a path's ray looks for instances: diffuse and glossy mean reflection only."""
     bits = flags & RAY_ALL & ~(RAY_SHADOW | RAY_TRANSPARENT | RAY_SINGULAR)
     if bits & RAY_TRANSMIT:
         bits &= ~(RAY_DIFFUSE | RAY_GLOSSY)
@@ -144,16 +146,27 @@ def survival_probability(path, integrator):
 
 
 @inlined
+def roulette(integrator, path):
+    """The weight of a path that survives Russian roulette at this vertex; 0: it does not."""
+    survival = survival_probability(path, integrator)
+    if not survival < 1.0:
+        return 1.0
+    if rng.sample1(path.key, path.sample, path.dimension + DIM_ROULETTE) >= survival:
+        return 0.0
+    return 1.0 / survival
+
+
+@inlined
 def next_after(t):
     """A distance behind the hit at t, for going on along the same ray."""
     return t * (1.0 + 1.0e-5) + 1.0e-12
 
 
 @device
-def pass_through(path, sp, integrator, weight):
-    """Let the ray go on behind a transparent surface."""
+def pass_through(integrator, path, sp, weight):
+    """Let the ray go on behind a transparent surface: GOES_ON, or ENDS where nothing gets through."""
     if max3(weight) <= 0.0:
-        return False
+        return ENDS
     put(path.throughput, mul(vec(path.throughput), weight))
     path.flags |= RAY_TRANSPARENT
     path.transparent_bounce += 1
@@ -161,7 +174,7 @@ def pass_through(path, sp, integrator, weight):
         path.last = LAST_BEFORE_SURFACE
     path.dimension += DIMENSIONS
     path.tmin = next_after(sp.t)
-    return True
+    return GOES_ON
 
 
 @inlined
@@ -202,21 +215,3 @@ def next_state(path, integrator, label, pdf):
         path.min_pdf = min(path.min_pdf, pdf)
     if last:
         path.last = LAST
-
-
-@inlined
-def mark_scattered(film, path, events):
-    """Note to which passes light belongs that is found after so many scattering events below a surface."""
-    if path.scatter_pass == -1:
-        chosen = film.subsurface_multiple
-        if events == 0:
-            chosen = film.subsurface_boundary
-        elif events == 1:
-            chosen = film.subsurface_single
-        path.scatter_pass = chosen if chosen >= 0 else -2
-
-
-@inlined
-def share(part, whole):
-    """part / whole; what tiles leave out of their light samples, to be made up for on average, may be below 0."""
-    return part / whole if whole != 0.0 else 0.0

@@ -7,7 +7,7 @@ The integral over the surface is estimated by one probe (`probe`), whose every h
 import math
 
 from ..core import rng
-from ..core.jit import device, entry, inlined
+from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_f64, load_i64, store_f64, store_i64
 from ..core.records import (
     SCRATCH_PATH,
@@ -21,7 +21,7 @@ from ..core.records import (
 )
 from ..core.vec import dot, load3_f64, mul, scale, store3_f64, sub, vec
 from ..lobes.closure import P_ANISOTROPY, P_BURLEY, P_LENGTH
-from ..path.state import DIM_DIRECTION, DIMENSIONS, FAR
+from ..path.state import DIM_DIRECTION, DIMENSIONS, ENDS, FAR
 from .albedo import similar, total_albedo
 from .entry import entry_direction
 from .exits import amount, exit_at, light_exits
@@ -141,7 +141,7 @@ def _unit_profile(r, d):
     return profile(r, d) if r <= REACH * d else 0.0
 
 
-@entry
+@outcome_entry
 def diffusion(scene, integrator, film, scratch, _):
     """The method of kernels.subsurface.methods."""
     scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
@@ -158,10 +158,10 @@ def diffusion(scene, integrator, film, scratch, _):
     else:
         enters, inwards = entry_direction(sp, c, u0, u1)
         if not enters:
-            return
+            return ENDS
         weight, d = _medium(c, load_i64(table, ALBEDOS), vec(path.throughput), -dot(inwards, n))
     if not amount(weight) > 0.0:
-        return
+        return ENDS
     as_cycles = burley and load_i64(table, FLAGS) & CYCLES_BURLEY != 0
     u_line, u_radius = rng.sample2(path.key, path.sample, path.dimension + DIM_LINE)
     found = probe_around(scene, table, scratch, path, sp, weight, d, FAR, u_line, u_radius)
@@ -176,4 +176,4 @@ def diffusion(scene, integrator, film, scratch, _):
         store3_f64(hit, H_WEIGHT, scale(mul(weight, b), 1.0 / pdf if pdf > 0.0 else 0.0))
         store_f64(hit, H_EVENTS, 2.0)
     path.dimension += DIMENSIONS
-    light_exits(scene, integrator, film, scratch, path, sp, found)
+    return light_exits(scene, integrator, film, scratch, path, sp, found)

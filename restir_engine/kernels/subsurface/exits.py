@@ -10,9 +10,11 @@ from ..core import rng
 from ..core.jit import device, inlined
 from ..core.memory import call_entry, load_f64, load_i64, record_address, store_f64
 from ..core.vec import load3_f64, mul, put, scale, store3_f64
+from ..film.contribute import first_scattering, lit_at_exit
 from ..lights import light_is_sampled, set_receiver
-from ..path.direct import add_unless_shadowed, unshadowed
-from ..path.state import DIM_LIGHT, DIM_LIGHT_POINT, DIMENSIONS, LIT, mark_scattered
+from ..lobes.classes import NO_LOBES
+from ..path.direct import add_unless_shadowed, sampled_light
+from ..path.state import DIM_LIGHT, DIM_LIGHT_POINT, DIMENSIONS, ENDS, LIT
 from .exit import leave
 from .method_table import LIGHT_FROM_CACHE
 from .probe import H_EVENTS, H_LIT, H_NORMAL, H_PRIMITIVE, H_T, H_U, H_V, H_WEIGHT, HIT, HITS
@@ -37,7 +39,14 @@ def amount(weight):
 
 @inlined
 def exit_weight(scratch, k):
+    """The path's throughput (rgb) where light leaves by the k-th exit."""
     return load3_f64(exit_at(scratch, k), H_WEIGHT)
+
+
+@inlined
+def exit_events(scratch, k):
+    """How often light has been scattered on its way to the k-th exit."""
+    return int(load_f64(exit_at(scratch, k), H_EVENTS))
 
 
 @device
@@ -69,8 +78,7 @@ def _light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
     left, dim = rng.sample2(path.key, path.sample, path.dimension + _DIM_CANDIDATE)
-    black = (0.0, 0.0, 0.0)
-    best, best_f = black, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    best, best_f = (0.0, 0.0, 0.0), NO_LOBES
     total, chosen, at = 0.0, -1, -1
     for k in range(n):
         if cached and load_f64(exit_at(scratch, k), H_LIT) != 0.0:
@@ -85,7 +93,7 @@ def _light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
             weight = scale(weight, 1.0 / chance)
         leave_by(scene, scratch, sp, k)
         at = k
-        c, f = unshadowed(scene, scratch, sp, u0, u1, u2)
+        c, f = sampled_light(scene, scratch, sp, u0, u1, u2)
         c = mul(c, weight)
         a = amount(c)
         if a > 0.0:
@@ -100,27 +108,24 @@ def _light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
         return at
     if chosen != at:
         leave_by(scene, scratch, sp, chosen)
-        unshadowed(scene, scratch, sp, u0, u1, u2)
-    mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
+        sampled_light(scene, scratch, sp, u0, u1, u2)
     best = scale(best, total / amount(best))
-    add_unless_shadowed(scene, integrator, film, scratch, path, sp, best, best_f)
+    what = lit_at_exit(path, best_f, exit_events(scratch, chosen))
+    add_unless_shadowed(scene, integrator, film, scratch, path, sp, best, what)
     return chosen
 
 
 @device
 def light_exits(scene, integrator, film, scratch, path, sp, n):
-    """Add the direct light of n exits, and leave by one of them, chosen in proportion to its weight.
-
-    An exit's weight is the path's throughput when light leaves there.
-    """
+    """Add the direct light of n exits, and leave by one of them, chosen in proportion to its weight; the next event."""
     total, most = 0.0, 0.0
     for k in range(n):
         a = amount(exit_weight(scratch, k))
         total += a
         most = max(most, a)
     if not 0.0 < total < 1.0e30:
-        return
-    marked, at = path.scatter_pass, -1
+        return ENDS
+    at = -1
     if light_is_sampled(scene):
         code = load_i64(integrator.scatter, LIGHT_FROM_CACHE)
         if code != 0:
@@ -136,9 +141,8 @@ def light_exits(scene, integrator, film, scratch, path, sp, n):
     if chosen != at:
         leave_by(scene, scratch, sp, chosen)
         set_receiver(scene, sp)  # for the weight of a lamp that the path's next ray hits
-    path.scatter_pass = marked
-    mark_scattered(film, path, int(load_f64(exit_at(scratch, chosen), H_EVENTS)))
+    path.scattering = first_scattering(path, exit_events(scratch, chosen))
     weight = exit_weight(scratch, chosen)
     put(path.throughput, scale(weight, total / amount(weight)))
     path.dimension += DIMENSIONS
-    path.scattered = LIT
+    return LIT

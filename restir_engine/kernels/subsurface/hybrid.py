@@ -16,7 +16,7 @@ import math
 
 from ..core import rng
 from ..core.fastmath import exp, log
-from ..core.jit import device, entry, inlined
+from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_f64, load_i64, store_f64
 from ..core.records import (
     SCRATCH_PATH,
@@ -31,7 +31,7 @@ from ..core.records import (
 from ..core.vec import dot, load3_f64, madd, max3, mul, neg, scale, sub, vec
 from ..geometry.local import hit_normal, local_intersect
 from ..lobes.closure import P_ANISOTROPY
-from ..path.state import DIM_DIRECTION, DIMENSIONS, FAR, next_after
+from ..path.state import DIM_DIRECTION, DIMENSIONS, ENDS, FAR, next_after
 from .albedo import shape_factors, similar, single_albedo, slab_albedos, total_albedo
 from .diffusion import DIM_LINE, channel_shares, probe_around
 from .entry import entry_direction
@@ -251,7 +251,7 @@ def _multiple(scene, table, scratch, path, sp, weight, part, u_line, u_radius, s
     return found
 
 
-@entry
+@outcome_entry
 def hybrid(scene, integrator, film, scratch, _):
     """The method of kernels.subsurface.methods."""
     scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
@@ -264,7 +264,7 @@ def hybrid(scene, integrator, film, scratch, _):
     path.dimension += DIMENSIONS
     enters, d = entry_direction(sp, c, u0, u1)
     if not enters or not max3(weight) > 0.0:
-        return
+        return ENDS
     g = float(c.p[P_ANISOTROPY])
     mu = -dot(d, vec(sp.ng))
     o = vec(sp.p)
@@ -298,4 +298,4 @@ def hybrid(scene, integrator, film, scratch, _):
         put_exit(exit_at(scratch, n), t, primitive, u, v, d, mul(weight, through), 0)
         n += 1
     path.dimension += _DIMENSIONS
-    light_exits(scene, integrator, film, scratch, path, sp, n)
+    return light_exits(scene, integrator, film, scratch, path, sp, n)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..core import rng
 from ..core.jit import device, entry, inlined, kernel
-from ..core.memory import load_f32, load_f64, load_i32, load_i64, store_f32, store_f64, store_i32, store_i64
+from ..core.memory import load_f32, load_i32, load_i64, store_f32, store_f64, store_i32, store_i64
 from ..core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     SCRATCH_LIGHT_SAMPLE,
@@ -31,12 +31,13 @@ from ..core.records import (
     shading_point_at,
 )
 from ..core.vec import dot, is_black, length, load3_f64, mul, sub, vec
-from ..path.direct import add_direct, unshadowed
+from ..film.contribute import contribute, lit_at_exit
+from ..lobes.classes import Lobes
+from ..path.direct import sampled_light
 from ..path.shadow import transmittance
-from ..path.state import mark_scattered
-from .exits import amount, exit_at, exit_weight, leave_by
+from .exits import amount, exit_at, exit_events, exit_weight, leave_by
 from .method_table import CACHE
-from .probe import H_EVENTS, H_LIT, H_NORMAL, H_POINT
+from .probe import H_LIT, H_NORMAL, H_POINT
 from .scales import channels
 
 # Header: int64 by these indices. Cells and observations; pixels whose paths observe, and what of a picture one takes.
@@ -172,7 +173,7 @@ def _observe(scene, integrator, scratch, path, sp, key):
     """What a light sample brings to a white surface at `sp`."""
     u0 = rng.sample1(key, path.sample, 1)
     u1, u2 = rng.sample2(key, path.sample, 2)
-    c, _ = unshadowed(scene, scratch, sp, u0, u1, u2)
+    c, _ = sampled_light(scene, scratch, sp, u0, u1, u2)
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     if is_black(c) or ls.flags & LIGHT_SAMPLE_NO_SHADOW:
         return c
@@ -196,11 +197,12 @@ def light_from_cache(scene, integrator, film, scratch, n):
     u = rng.sample1(random, path.sample, 0)
     index = (path.pixel - load_i64(cache, PIXELS)) // load_i64(cache, PIXEL_BYTES)
     seen = load_i64(cache, SEEN) + _OBSERVATION * index
-    marked, chosen, chosen_key = path.scatter_pass, -1, 0
+    diffuse = Lobes((1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    chosen, chosen_key = -1, 0
     for k in range(n):
         place = exit_at(scratch, k)
         store_f64(place, H_LIT, 0.0)
-        weight, events = exit_weight(scratch, k), int(load_f64(place, H_EVENTS))
+        weight, events = exit_weight(scratch, k), exit_events(scratch, k)
         if is_black(weight):
             continue
         p, ny = load3_f64(place, H_POINT), load3_f64(place, H_NORMAL)
@@ -217,13 +219,10 @@ def light_from_cache(scene, integrator, film, scratch, n):
         count = _samples(cell, batch) if cell != 0 else 0
         if count >= ENOUGH:
             store_f64(place, H_LIT, 1.0)
-            path.scatter_pass = marked
-            mark_scattered(film, path, events)
             c = mul(weight, _mean(cell))
-            add_direct(integrator, film, path, c, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+            contribute(integrator, film, path, c, lit_at_exit(path, diffuse, events))
         if chosen < 0 and u * most * max(count, ENOUGH) < amount(weight) * ENOUGH:
             chosen, chosen_key = k, key
-    path.scatter_pass = marked
     if chosen >= 0 and load_i64(seen, 0) == 0:
         leave_by(scene, scratch, sp, chosen)
         note(seen, chosen_key, _observe(scene, integrator, scratch, path, sp, random))

@@ -2,18 +2,20 @@
 
 The methods are entries, compiled when a scene first needs one, and share this contract. On entering, `sp` is the point
 where light enters (seen from outside), `sp.scatterer` the closure, and `path.throughput` contains the closure's weight
-by the probability of its choice. A method leaves in `path.scattered` whether a path goes on; if so, `sp` is the point
-where light leaves, seen from outside, with one Lambert closure of weight 1 about its own (bumped) normal, and
-`path.throughput`, `path.dimension` are up to date. What a method gathers on the way it adds to the film itself; where
-that includes the light that falls straight on the point where the path leaves, `path.scattered` is LIT.
+by the probability of its choice. A method returns the path's next event. Unless that is ENDS, `sp` is the point where
+light leaves, seen from outside, with one Lambert closure of weight 1 about its own (bumped) normal, and
+`path.throughput`, `path.dimension` and `path.scattering` are up to date. What a method gathers on the way it
+contributes itself; where that includes the light that falls straight on the point where the path leaves, the event is
+LIT, else SHADES.
 """
 
 import numpy as np
 
 from ..core.jit import Entry, inlined
-from ..core.memory import address, call_entry, load_i64, record_address
+from ..core.memory import address, call_for_outcome, load_i64, record_address
 from ..core.records import SCENE_HAS_SUBSURFACE, closure_at
 from ..lobes.closure import P_BURLEY
+from ..path.state import ENDS
 from . import method_table as at
 from .diffusion import diffusion
 from .hybrid import hybrid
@@ -33,13 +35,12 @@ METHODS: dict[str, tuple[Entry, Entry]] = {
 
 @inlined
 def scatter(scene, integrator, film, scratch, path, sp):
-    """Follow light through the medium under `sp`; False when it does not come out."""
-    path.scattered = 0
+    """Follow light through the medium under `sp` to where it leaves; returns the path's next event."""
     burley = 1 if closure_at(sp.closures, sp.scatterer).p[P_BURLEY] != 0.0 else 0
     code = load_i64(integrator.scatter, at.MEDIUM + burley)
-    if code != 0:
-        call_entry(code, record_address(scene), record_address(integrator), record_address(film), scratch, 0)
-    return path.scattered != 0
+    if code == 0:
+        return ENDS
+    return call_for_outcome(code, record_address(scene), record_address(integrator), record_address(film), scratch, 0)
 
 
 def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: int = 0, cache: int = 0) -> np.ndarray:

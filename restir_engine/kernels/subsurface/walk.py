@@ -15,14 +15,13 @@ import math
 
 from ..core import rng
 from ..core.fastmath import exp, log
-from ..core.jit import device, entry, inlined
+from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_i64
 from ..core.records import (
     SCRATCH_PATH,
     SCRATCH_POINT,
     SCRATCH_RAY,
     closure_at,
-    film_at,
     instance_at,
     integrator_at,
     mesh_at,
@@ -31,9 +30,10 @@ from ..core.records import (
     shading_point_at,
 )
 from ..core.vec import dot, madd, max3, mul, put, scale, transform_point, transform_vector, vec
+from ..film.contribute import first_scattering
 from ..geometry.local import hit_barycentrics, hit_distance, trace
 from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_COLOR, P_SIGMA_T
-from ..path.state import DIM_DIRECTION, DIMENSIONS, FAR, LEAVES, mark_scattered, next_after
+from ..path.state import DIM_DIRECTION, DIMENSIONS, ENDS, FAR, SHADES, next_after
 from .dwivedi import backward_fraction, diffusion_length, dwivedi_cosine, dwivedi_norm, dwivedi_pdf
 from .entry import entry_direction
 from .exit import leave
@@ -289,7 +289,7 @@ def walk(scene, scratch, sp, path, d, segments, exact):
     return -1, d, throughput, 0
 
 
-@entry
+@outcome_entry
 def random_walk(scene, integrator, film, scratch, _):
     """The method of kernels.subsurface.methods for media."""
     scene = scene_at(scene, 0)
@@ -304,14 +304,14 @@ def random_walk(scene, integrator, film, scratch, _):
     path.dimension += DIMENSIONS
     enters, d = entry_direction(sp, closure_at(sp.closures, sp.scatterer), u0, u1)
     if not enters:
-        return
+        return ENDS
     primitive, d, throughput, scattered = walk(scene, scratch, sp, path, d, segments, exact)
     if primitive < 0 or not max3(throughput) > 0.0:
-        return
+        return ENDS
     ray = scratch + SCRATCH_RAY
     u, v = hit_barycentrics(ray)
     leave(scene, sp, primitive, u, v, hit_distance(ray), d)
     put(path.throughput, throughput)
     path.dimension += WALK_DIMENSIONS
-    path.scattered = LEAVES
-    mark_scattered(film_at(film, 0), path, scattered)
+    path.scattering = first_scattering(path, scattered)
+    return SHADES

@@ -1,13 +1,14 @@
 """Where integrators meet media: small tests, and calls of the code that `entries` compiles for scenes with media.
 
 INTEGRATOR.media is a table of that code, in the order of the numbers below. Each gets the addresses of the SCENE, the
-INTEGRATOR, the FILM, the scratch memory and one more argument; PATH and SHADING_POINT are those of the scratch.
+INTEGRATOR, the FILM, the scratch memory and one more argument; PATH and SHADING_POINT are those of the scratch. SEGMENT
+returns the path's next event.
 """
 
 import math
 
 from ..core.jit import inlined
-from ..core.memory import call_entry, load_i64, record_address
+from ..core.memory import call_entry, call_for_outcome, load_i64, record_address
 from ..core.records import (
     MATERIAL_BOUNDARY,
     MATERIAL_MEDIUM,
@@ -21,12 +22,9 @@ from ..core.records import (
     shadow_at,
 )
 from ..core.vec import dot, put, vec
-from ..path.state import DIMENSIONS, next_after
+from ..path.state import ARRIVES, DIMENSIONS, next_after
 
 BEGIN, AROUND, SEGMENT, CROSS, SHADOW_RAY = range(5)
-
-# What becomes of a path between two surfaces (PATH.event).
-PASSES, SCATTERED, ENDED = 0, 1, 2
 
 _MOST_BOUNDARIES = 1024  # invisible boundaries that a path may pass, as in Cycles
 
@@ -73,15 +71,16 @@ def media_around(scene, integrator, scratch, path, sp):
 
 @inlined
 def pass_media(scene, integrator, film, scratch, path, t, instance):
-    """What the media do to the path before its ray reaches t (instance -1: never): PASSES, SCATTERED or ENDED.
+    """Follow the path through media to where its ray ends at t (instance -1: never), and return its next event.
 
-    SCATTERED: direct light has been added and the path has its next ray.
+    ARRIVES: it gets there. GOES_ON: it has scattered, direct light has been added, and it has its next ray. Or ENDS.
     """
     if not scene.flags & SCENE_HAS_MEDIA or media_at(scratch + SCRATCH_MEDIA, 0).count == 0:
-        return PASSES
+        return ARRIVES
     path.t = t
-    _call(SEGMENT, scene, integrator, record_address(film), scratch, instance)
-    return path.event
+    code = load_i64(integrator.media, SEGMENT)
+    addresses = record_address(scene), record_address(integrator), record_address(film)
+    return call_for_outcome(code, addresses[0], addresses[1], addresses[2], scratch, instance)
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..core.jit import Entry, entry
+from ..core.jit import Entry, entry, outcome_entry
 from ..core.records import (
     SCENE_HAS_MEDIA,
     SCRATCH_MEDIA,
@@ -34,13 +34,12 @@ def _around(scene, integrator, film, scratch, sp):
     find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, offset_origin(sp, vec(sp.wo)))
 
 
-@entry
+@outcome_entry
 def _segment(scene, integrator, film, scratch, reaches):
     path = path_at(scratch + SCRATCH_PATH, 0)
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
-    follow_segment(
-        scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0), scratch, path, sp, reaches
-    )  # fmt: skip
+    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
+    return follow_segment(scene, integrator, film, scratch, path, sp, reaches)
 
 
 @entry

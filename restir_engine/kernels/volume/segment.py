@@ -10,8 +10,6 @@ import math
 from ..core import rng
 from ..core.jit import device
 from ..core.records import (
-    LIGHT_SAMPLE_DELTA,
-    LIGHT_SAMPLE_NO_SHADOW,
     PHASE,
     RAY_VOLUME,
     SCRATCH_LIGHT_SAMPLE,
@@ -20,22 +18,13 @@ from ..core.records import (
     media_at,
 )
 from ..core.vec import dot, madd, max3, mul, neg, put, scale, vec
-from ..film.contribute import IN_MEDIUM, add3, add_hit, add_light, add_scattered, clamp_contribution
-from ..lights import light_sample
-from ..path.shadow import transmittance
-from ..path.state import (
-    DIM_DIRECTION,
-    DIM_LIGHT,
-    DIM_LIGHT_POINT,
-    DIM_LOBE,
-    DIM_ROULETTE,
-    DIMENSIONS,
-    LAST,
-    mis_weight,
-    survival_probability,
-)
+from ..film.contribute import EMISSION, contribute, found
+from ..film.surface_passes import medium_passes
+from ..lobes.classes import Lobes
+from ..path.direct import add_light_sample, draw_light
+from ..path.state import ARRIVES, DIM_DIRECTION, DIM_LOBE, DIMENSIONS, ENDS, GOES_ON, LAST, roulette
 from ..subsurface.phase import around
-from .calls import ENDED, PASSES, SCATTERED, segment_start
+from .calls import segment_start
 from .phase import phase_cosine, phase_value
 from .stack import entry_at
 
@@ -96,77 +85,80 @@ def sample_distance(throughput, sigma_t, sigma_s, s, u0, u1):
 
 @device
 def follow_segment(scene, integrator, film, scratch, path, sp, reaches):
-    """Follow the path through its media up to path.t, where a surface is if it `reaches` one; sets path.event."""
+    """Follow the path through its media to path.t, where its ray `reaches` an instance, or -1; its next event."""
     media = media_at(scratch + SCRATCH_MEDIA, 0)
-    path.event = PASSES
     if reaches < 0:
         # A ray that meets nothing is outside of every closed mesh.
         media.count = 0
-        return
+        return ARRIVES
     start = segment_start(path)
     path.medium_start = path.t
     s = path.t - start
     if s <= 0.0:
-        return
+        return ARRIVES
+    _add_emission(integrator, film, path, media, s)
     sigma_t = vec(media.sigma_t)
     sigma_s = vec(media.sigma_s)
     throughput = vec(path.throughput)
-    if max3(vec(media.emission)) > 0.0:
-        through = decay(sigma_t, s)
-        e = media.emission
-        light = (
-            _emitted(e[0], sigma_t[0], through[0], s),
-            _emitted(e[1], sigma_t[1], through[1], s),
-            _emitted(e[2], sigma_t[2], through[2], s),
-        )
-        add_hit(film, integrator, path, light, 1.0, film.emission)
     if path.last or max3(sigma_s) <= 0.0:
-        put(path.throughput, mul(throughput, decay(sigma_t, s)))
-        if max3(vec(path.throughput)) <= 0.0:
-            path.event = ENDED
-        return
-    u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
-    path.dimension += 1
-    x, weight = sample_distance(throughput, sigma_t, sigma_s, s, u0, u1)
+        x, weight = s, decay(sigma_t, s)
+    else:
+        u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
+        path.dimension += 1
+        x, weight = sample_distance(throughput, sigma_t, sigma_s, s, u0, u1)
     put(path.throughput, mul(throughput, weight))
     if max3(vec(path.throughput)) <= 0.0:
-        path.event = ENDED
-    elif x < s:
-        path.event = SCATTERED
-        put(sp.p, madd(vec(path.o), vec(path.d), start + x))
-        sp.dp = path.dp + (start + x) * path.dd
-        sp.t = start + x
-        _scatter(scene, integrator, film, scratch, path, sp)
+        return ENDS
+    if x >= s:
+        return ARRIVES
+    _scattering_point(path, sp, start + x)
+    return _scatter(scene, integrator, film, scratch, path, sp)
 
 
 @device
-def _scatter(scene, integrator, film, scratch, path, sp):
-    """Direct light at the scattering point sp.p, and the path's next ray from there."""
-    media = scratch + SCRATCH_MEDIA
+def _add_emission(integrator, film, path, media, s):
+    """Contribute what the media emit along the first s of the path's way through them."""
+    if max3(vec(media.emission)) <= 0.0:
+        return
+    sigma_t = vec(media.sigma_t)
+    through = decay(sigma_t, s)
+    e = media.emission
+    light = (
+        _emitted(e[0], sigma_t[0], through[0], s),
+        _emitted(e[1], sigma_t[1], through[1], s),
+        _emitted(e[2], sigma_t[2], through[2], s),
+    )
+    contribute(integrator, film, path, mul(vec(path.throughput), light), found(path, EMISSION))
+
+
+@device
+def _scattering_point(path, sp, t):
+    """Make sp the point on the path's ray at the distance t: it has no surface."""
+    put(sp.p, madd(vec(path.o), vec(path.d), t))
+    sp.dp = path.dp + t * path.dd
+    sp.t = t
     sp.instance = -1
     sp.n_closures = 0
     put(sp.n, (0.0, 0.0, 0.0))
     put(sp.ng, (0.0, 0.0, 0.0))
     put(sp.receiver, (0.0, 0.0, 0.0))
     put(sp.wo, neg(vec(path.d)))
-    if path.denoise and film.denoising_albedo >= 0:
-        m = media_at(media, 0)
-        albedo = (
-            _share(m.sigma_s[0], m.sigma_t[0]),
-            _share(m.sigma_s[1], m.sigma_t[1]),
-            _share(m.sigma_s[2], m.sigma_t[2]),
-        )
-        add3(path.pixel, film.denoising_albedo, mul(vec(path.feature_throughput), albedo))
-        path.denoise = 0
-    survival = survival_probability(path, integrator)
-    if survival < 1.0:
-        if rng.sample1(path.key, path.sample, path.dimension + DIM_ROULETTE) >= survival:
-            path.event = ENDED
-            return
-        put(path.throughput, scale(vec(path.throughput), 1.0 / survival))
+
+
+@device
+def _scatter(scene, integrator, film, scratch, path, sp):
+    """Direct light at the scattering point sp, and the path's next ray from there; returns its next event."""
+    media = scratch + SCRATCH_MEDIA
+    m = media_at(media, 0)
+    medium_passes(film, path, (
+        _share(m.sigma_s[0], m.sigma_t[0]), _share(m.sigma_s[1], m.sigma_t[1]), _share(m.sigma_s[2], m.sigma_t[2]),
+    ))  # fmt: skip
+    weight = roulette(integrator, path)
+    if weight == 0.0:
+        return ENDS
+    put(path.throughput, scale(vec(path.throughput), weight))
     if path.bounce == 0:
-        put(path.diffuse_weight, IN_MEDIUM)
-        put(path.glossy_weight, (0.0, 0.0, 0.0))
+        path.first_in_medium = 1
     d = vec(path.d)
     _direct_light(scene, integrator, film, scratch, path, sp, d)
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
@@ -174,8 +166,7 @@ def _scatter(scene, integrator, film, scratch, path, sp):
     wi = around(d, choose_cosine(media, u0, u1), u2)
     pdf = phase_density(media, dot(d, wi))
     if pdf <= 0.0:
-        path.event = ENDED
-        return
+        return ENDS
     put(path.o, vec(sp.p))
     put(path.d, wi)
     put(path.receiver, vec(sp.receiver))
@@ -190,6 +181,21 @@ def _scatter(scene, integrator, film, scratch, path, sp):
     path.dimension += DIMENSIONS
     if path.bounce >= integrator.max_bounces or path.volume_bounce >= integrator.volume_bounces:
         path.last = LAST
+    return GOES_ON
+
+
+@device
+def _direct_light(scene, integrator, film, scratch, path, sp, d):
+    """Add one light sample at the scattering point sp, as the phase function scatters it.
+
+    Whose value is its density, and of no class of lobes: that the path is in a medium decides on the passes.
+    """
+    if draw_light(scene, scratch, path, sp, path.sample):
+        ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+        if ls.seen_by & RAY_VOLUME:
+            p = phase_density(scratch + SCRATCH_MEDIA, dot(d, vec(ls.wi)))
+            f = Lobes((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (p, p, p))
+            add_light_sample(scene, integrator, film, scratch, path, sp, f, p, 1.0)
 
 
 @device
@@ -235,28 +241,3 @@ def choose_cosine(media, u0, u1):
                     u0 = (u0 - share) / (1.0 - share)
     p = entry_at(media, chosen).phases
     return phase_cosine(int(p[at]), p[at + 2], p[at + 3], p[at + 4], u1)
-
-
-@device
-def _direct_light(scene, integrator, film, scratch, path, sp, d):
-    """Next event estimation at a scattering point, weighted against the phase function's density."""
-    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
-    u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
-    if not light_sample(scene, sp, scratch, u1, u2, u0):
-        return
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    if not ls.seen_by & RAY_VOLUME or ls.pdf <= 0.0:
-        return
-    wi = vec(ls.wi)
-    f = phase_density(scratch + SCRATCH_MEDIA, dot(d, wi))
-    weight = f / ls.pdf
-    if not ls.flags & LIGHT_SAMPLE_DELTA:
-        weight *= mis_weight(ls.mis_pdf, f)
-    c = mul(scale(vec(ls.radiance), weight), vec(path.throughput))
-    if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        c = mul(c, transmittance(scene, integrator, scratch, path, sp, wi, ls.distance, vec(ls.p)))
-    if c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0:
-        return
-    c = clamp_contribution(c, integrator.clamp_indirect if path.bounce > 0 else integrator.clamp_direct)
-    add_scattered(film, path, c)
-    add_light(film, path.pixel, c, path.bounce > 0, vec(path.diffuse_weight), vec(path.glossy_weight))

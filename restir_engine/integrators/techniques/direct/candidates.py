@@ -63,22 +63,19 @@ from ....kernels.lobes import (
     bsdf_has_eval,
     bsdf_sample,
 )
-from ....kernels.path.direct import LOBE_RAYS, lit_bsdf, lobe_sum
-from ....kernels.path.state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags
-from ....kernels.path.state import visibility as ray_visibility
+from ....kernels.lobes.classes import NO_LOBES, lobe_add, lobe_scale, lobe_sum, lobes_of, put_lobes
+from ....kernels.path.direct import LOBE_RAYS, lit_bsdf
+from ....kernels.path.state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags, ray_mask
 from ....kernels.shading.interpreter import shader_eval
-from ...path import tile_point
+from ...path.trace import tile_point
 from ...resampling.frame import UNTRACED, hit_at
 from ...resampling.options import TARGET, reuse_at
 from ...resampling.reservoir import accept, clear, contribution_weight, reservoir_at
 from .shift import reservoirs_of
 from .target import (
-    DARK,
-    add9,
     brightness,
     control_variate_at,
     integrand,
-    masked,
     point_at,
     store_light,
     target_of_light,
@@ -154,8 +151,7 @@ def _start_groups(scratch, layers, u):
         groups.total = 0.0
         groups.choice = u
         groups.target = 0.0
-        for k in range(9):
-            groups.light[k] = 0.0
+        put_lobes(groups.light, NO_LOBES)
 
 
 @inlined
@@ -168,7 +164,7 @@ def _found_by_rays(scene, ls):
 
 @inlined
 def _offer(reuse, layers, scratch, f, radiance, factor, ratio, origin):
-    """Stream a sample by the weight p̂ · factor; bits of the layers that keep it. f: the BSDF (9 floats)."""
+    """Stream a sample by the weight p̂ · factor; bits of the layers that keep it. f: the BSDF."""
     rgb = mul(lobe_sum(f), radiance)
     keepers = 0
     for layer in range(layers):
@@ -182,8 +178,7 @@ def _offer(reuse, layers, scratch, f, radiance, factor, ratio, origin):
                 keepers |= 1 << layer
                 stream.bsdf_ratio = ratio
                 stream.origin = origin
-                for k in range(9):
-                    stream.bsdf[k] = f[k]
+                put_lobes(stream.bsdf, f)
     return keepers
 
 
@@ -251,7 +246,7 @@ def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, co
     tmin = 0.0
     origin = FOUND if scene.flags & SCENE_HAS_MEDIA else CLEAR
     for _ in range(integrator.transparent_bounces - path.transparent_bounce + 1):
-        t, instance, primitive, x, y = intersect(scene, scratch, o, d, tmin, FAR, ray_visibility(flags))
+        t, instance, primitive, x, y = intersect(scene, scratch, o, d, tmin, FAR, ray_mask(flags))
         if tmin == 0.0:
             hit.instance = instance
             hit.primitive = primitive
@@ -301,11 +296,6 @@ def _same(a, b):
     return a.source == b.source and a.primitive == b.primitive and a.u == b.u and a.v == b.v
 
 
-@inlined
-def _nine(a):
-    return (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8])
-
-
 @device
 def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, last, at_hand):
     """Light the vertex by the samples that a group has kept, and stream them.
@@ -313,7 +303,7 @@ def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, la
     at_hand: it is one light sample, the LIGHT_SAMPLE in scratch. Where nothing takes the samples up (last: LAST), V is
     that of whichever ray has found the light, as with PATH; reuse needs V to be one function, that of shadow rays.
     """
-    f = DARK
+    f = NO_LOBES
     v = (0.0, 0.0, 0.0)
     known = -1  # the layer whose sample f and V are of
     for layer in range(layers):
@@ -321,10 +311,10 @@ def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, la
         if stream.total <= 0.0:
             continue
         if known < 0 or not _same(stream, _stream(scratch, known)):
-            f = DARK
+            f = NO_LOBES
             source, primitive = stream.source, stream.primitive
             if at_hand or light_point(scene, sp, scratch, source, primitive, float(stream.u), float(stream.v)):
-                f = integrand(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0), _nine(stream.bsdf))
+                f = integrand(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0), lobes_of(stream.bsdf))
                 if last == LAST and stream.origin == CLEAR:
                     v = (1.0, 1.0, 1.0)
                 else:
@@ -342,10 +332,9 @@ def _take(options, groups, stream, f, v):
     w = contribution_weight(float(stream.total), target)
     if w <= 0.0:
         return
-    seen = masked(f, v)
-    light = add9(_nine(groups.light), masked(seen, (w, w, w)))
-    for k in range(9):
-        groups.light[k] = light[k]
+    seen = lobe_scale(f, v)
+    light = lobe_add(lobes_of(groups.light), lobe_scale(seen, (w, w, w)))
+    put_lobes(groups.light, light)
     dark = target_of_light(options, seen) <= 0.0
     if dark and (options.visibility == TARGET or options.discard != 0):
         return
@@ -361,8 +350,7 @@ def _take(options, groups, stream, f, v):
     if chosen:
         _copy_point(groups, stream)
         groups.target = target
-        for k in range(9):
-            groups.f[k] = f[k]
+        put_lobes(groups.f, f)
         put(groups.visibility, v)
 
 
@@ -375,15 +363,15 @@ def _settle(reuse, layers, frame, scratch, pixel, seed, last):
         r = reservoir_at(reservoirs_of(frame, options, frame.reservoirs), pixel)
         clear(r, 1.0)
         r.seed = seed
-        light = DARK
+        light = NO_LOBES
         if groups.target > 0.0:
             _copy_point(r, groups)
             r.target = groups.target
             r.contribution_weight = contribution_weight(float(groups.total), float(groups.target))
             keep(r, vec(groups.visibility))
-            light = _nine(groups.f)
+            light = lobes_of(groups.f)
         if last != 0:
-            light = add9(_nine(groups.light), control_variate_at(frame, pixel, 1.0))
+            light = lobe_add(lobes_of(groups.light), control_variate_at(frame, pixel, 1.0))
         store_light(frame, options, pixel, light)
 
 

@@ -4,6 +4,7 @@ from ....kernels.core.jit import device, inlined
 from ....kernels.core.memory import load_i64, store_i64
 from ....kernels.core.records import shared_area
 from ....kernels.core.vec import load3_f64, scale, store3_f64
+from ....kernels.lobes.classes import NO_LOBES, load_lobes, lobe_add, lobe_scale, store_lobes
 from ...resampling.mis import CONTRIBUTION
 from ...resampling.options import SHADED, TARGET
 from ...resampling.resample import (
@@ -17,13 +18,8 @@ from ...resampling.resample import (
 )
 from ...resampling.reservoir import RESERVOIR, UNKNOWN, clear, copy_sample, reservoir_at
 from .target import (
-    DARK,
-    add9,
     control_variate_at,
-    load9,
     load_light,
-    masked,
-    store9,
     store_light,
     target_of_light,
     unshadowed,
@@ -56,7 +52,7 @@ def target_at(scene, integrator, frame, reuse, scratch, sp, pixel, reservoir, so
     f = unshadowed(scene, sp, scratch, source, reservoir.primitive, float(reservoir.u), float(reservoir.v))
     p = target_of_light(reuse, f)
     if p > 0.0 and reuse.visibility == TARGET:
-        f = masked(f, visibility(scene, integrator, frame, scratch, pixel))
+        f = lobe_scale(f, visibility(scene, integrator, frame, scratch, pixel))
         p = target_of_light(reuse, f)
     return p
 
@@ -78,7 +74,7 @@ def put_shifted(scene, integrator, frame, reuse, scratch, sp, pixel, i, address,
     """
     r = reservoir_at(address, 0)
     w = float(r.contribution_weight)
-    f = DARK
+    f = NO_LOBES
     v = kept(r) if carried(reuse) else (UNKNOWN, 0.0, 0.0)
     p = 0.0
     if w > 0.0 and source >= 0:
@@ -87,7 +83,7 @@ def put_shifted(scene, integrator, frame, reuse, scratch, sp, pixel, i, address,
         if p > 0.0 and (reuse.visibility == TARGET or (trace and carried(reuse))):
             v = visibility(scene, integrator, frame, scratch, pixel)
             if reuse.visibility == TARGET:
-                f = masked(f, v)
+                f = lobe_scale(f, v)
                 p = target_of_light(reuse, f)
     _put(scratch, i, address, source, f, v)
     put_candidate(scratch + WORK_TABLE, i, confidence, w, p)
@@ -95,7 +91,7 @@ def put_shifted(scene, integrator, frame, reuse, scratch, sp, pixel, i, address,
 
 @inlined
 def _put(scratch, i, address, source, f, v):
-    store9(scratch + WORK_LIGHT, i, f)
+    store_lobes(scratch + WORK_LIGHT, i, f)
     store3_f64(scratch + WORK_VISIBILITY, 3 * i, v)
     store_i64(scratch + WORK_RESERVOIR, i, address)
     store_i64(scratch + WORK_SOURCE, i, source)
@@ -128,13 +124,13 @@ def leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, ch
     That is Σ w_i f_i V_i / p̂_i, or f V W of the one chosen. The sum has the same mean in every channel and no noise of
     colour; CONTRIBUTION has no weights for it. fresh: how many of the first candidates are of this frame's pixels.
     """
-    light = DARK
+    light = NO_LOBES
     if chosen >= 0 and last == 0:
-        light = load9(scratch + WORK_LIGHT, chosen)
+        light = load_lobes(scratch + WORK_LIGHT, chosen)
     elif chosen >= 0 and (reuse.vector == 0 or kind == CONTRIBUTION):
         out = reservoir_at(to, 0)
         v = _seen(scene, integrator, frame, scratch, sp, pixel, chosen, kept(out))
-        light = _lit(reuse, load9(scratch + WORK_LIGHT, chosen), v, float(out.contribution_weight))
+        light = _lit(reuse, load_lobes(scratch + WORK_LIGHT, chosen), v, float(out.contribution_weight))
     elif chosen >= 0:
         table = scratch + WORK_TABLE
         for i in range(n):
@@ -142,10 +138,10 @@ def leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, ch
             if weight > 0.0:
                 v = load3_f64(scratch + WORK_VISIBILITY, 3 * i)
                 v = _seen(scene, integrator, frame, scratch, sp, pixel, i, v)
-                part = _lit(reuse, load9(scratch + WORK_LIGHT, i), v, weight / target_of(table, i))
-                light = add9(light, part)
+                part = _lit(reuse, load_lobes(scratch + WORK_LIGHT, i), v, weight / target_of(table, i))
+                light = lobe_add(light, part)
     if last != 0:
-        light = add9(light, _variate(frame, scratch, n, fresh))
+        light = lobe_add(light, _variate(frame, scratch, n, fresh))
     store_light(frame, reuse, pixel, light)
 
 
@@ -153,9 +149,9 @@ def leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, ch
 def _variate(frame, scratch, n, fresh):
     """The variates of the first candidates, each by the share that one frame has in what was resampled."""
     share = 1.0 / total_confidence(scratch + WORK_TABLE, n)
-    f = DARK
+    f = NO_LOBES
     for i in range(fresh):
-        f = add9(f, control_variate_at(frame, load_i64(scratch + WORK_PIXEL, i), share))
+        f = lobe_add(f, control_variate_at(frame, load_i64(scratch + WORK_PIXEL, i), share))
     return f
 
 
@@ -174,4 +170,4 @@ def _lit(reuse, f, v, weight):
     """f V times a weight; p̂ that contains V has it in f."""
     if reuse.visibility == TARGET:
         v = (1.0, 1.0, 1.0)
-    return masked(f, scale(v, weight))
+    return lobe_scale(f, scale(v, weight))

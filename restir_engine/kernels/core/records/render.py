@@ -78,22 +78,21 @@ PATH = record(
     "transparent_bounce",
     "volume_bounce",
     "boundaries",  # invisible boundaries of media that were passed
-    "event",  # what became of the path in a medium, see kernels.volume.calls
     "dimension",  # first random dimension of the current vertex
     "background_visible",  # nothing but transparency so far: alpha and data passes are still written
     "data_done",
     "denoise",  # denoising features are still to be written
     "last",  # no more lobes: only emission and transparency
-    "scattered",  # whether subsurface.methods found where light leaves: LEAVES or LIT of path.state, else 0
-    "scatter_pass",  # offset of the pass of the first subsurface scattering, -2: nobody wants it; -1: none so far
+    "first_in_medium",  # the first bounce was in a medium
+    "scattering",  # class of the first scattering below a surface, see kernels.film.contribute; 0: none so far
     ("o", 3),
     ("d", 3),
     ("tmin", 1),
     ("t", 1),  # where the ray ends, for the code of media
     ("medium_start", 1),  # where on the ray the present medium begins, while tmin > 0
     ("throughput", 3),
-    ("diffuse_weight", 3),  # share of each class of lobes at the first bounce, for the light passes
-    ("glossy_weight", 3),
+    ("diffuse_share", 3),  # of each class of lobes at the first bounce, for the light passes
+    ("glossy_share", 3),
     ("feature_throughput", 3),
     ("mis_pdf", 1),  # solid-angle pdf of d at o; 0: not found by light sampling, counts fully
     ("receiver", 3),  # light sampling's normal at o, see SHADING_POINT

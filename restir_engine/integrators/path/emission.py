@@ -1,0 +1,66 @@
+"""Light that a path's ray finds by itself, weighed by MIS against light sampling: lamps, the world, surfaces."""
+
+from ...kernels.core.jit import device, inlined
+from ...kernels.core.vec import is_black, mul, scale, vec
+from ...kernels.film.contribute import BACKDROP, EMISSION, ENVIRONMENT, contribute, found, let_through, wants_backdrop
+from ...kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
+from ...kernels.lights.world import world_pdf, world_radiance
+from ...kernels.path.state import COUNTED, FAR, hit_weight, next_after
+from ...kernels.volume.calls import through_media
+
+
+@inlined
+def add_lamps(scene, integrator, film, scratch, path, sp, t):
+    """Add the lamps that the path's ray passes before the distance t; lamps do not block light."""
+    if scene.n_lights == 0 or path.mis_pdf == COUNTED:
+        return
+    o = vec(path.o)
+    d = vec(path.d)
+    tmin = path.tmin
+    for _ in range(scene.n_lights):
+        light, distance = lights_intersect(scene, o, d, tmin, t, path.flags)
+        if light < 0:
+            return
+        _add_lamp(scene, integrator, film, scratch, path, sp, light, distance)
+        tmin = next_after(distance)
+
+
+@device
+def _add_lamp(scene, integrator, film, scratch, path, sp, light, distance):
+    r, g, b, pdf = light_radiance(scene, scratch, sp, light, vec(path.o), vec(path.d), distance)
+    radiance = mul((r, g, b), through_media(scene, scratch, path, distance))
+    _add_found(integrator, film, path, radiance, pdf, EMISSION)
+
+
+@device
+def add_world(scene, integrator, film, scratch, path, sp):
+    """Add suns and the world where the path leaves the scene, or note that it sees what is behind the picture."""
+    d = vec(path.d)
+    sun = sun_next(scene, d, 0, path.flags)
+    while sun >= 0:
+        _add_lamp(scene, integrator, film, scratch, path, sp, sun, FAR)
+        sun = sun_next(scene, d, sun + 1, path.flags)
+    kind = ENVIRONMENT
+    if integrator.transparent_film > 0 and path.background_visible > 0:
+        let_through(film, path, 1.0)
+        if not wants_backdrop(film):
+            return
+        kind = BACKDROP
+    radiance = world_radiance(scene, scratch, sp, vec(path.o), d)
+    pdf = world_pdf(scene, d) if path.mis_pdf > 0.0 else 0.0
+    _add_found(integrator, film, path, radiance, pdf, kind)
+
+
+@inlined
+def add_surface_emission(scene, integrator, film, path, sp, o):
+    """Add what the surface at sp emits towards o, where the path's ray begins."""
+    if not is_black(vec(sp.emission)):
+        pdf = triangle_pdf(scene, sp, o) if path.mis_pdf > 0.0 else 0.0
+        _add_found(integrator, film, path, vec(sp.emission), pdf, EMISSION)
+
+
+@inlined
+def _add_found(integrator, film, path, radiance, light_pdf, kind):
+    """Add radiance that the path's ray has found; light_pdf: with what density light sampling does, 0: it does not."""
+    value = scale(mul(vec(path.throughput), radiance), hit_weight(path, light_pdf))
+    contribute(integrator, film, path, value, found(path, kind))
