@@ -34,10 +34,18 @@ def rays_that_see(instance, view_layer) -> int:
     parent = instance.parent
     if parent is not None and parent != owner:
         seen_by &= _flags(parent)
-    # Indirect Only and Holdout of a collection belong to the view layer, which knows the original object.
-    if instance.object.original.indirect_only_get(view_layer=view_layer):
+    view = placed_by(instance).original  # the view layer knows originals alone
+    if view.indirect_only_get(view_layer=view_layer) and not view.holdout_get(view_layer=view_layer):
         seen_by &= ~RAY_CAMERA
     return seen_by
+
+
+def placed_by(instance):
+    """The object of the view layer that an entry of `depsgraph.object_instances` is there by: its outermost instancer.
+
+    What the view layer says of a collection, Holdout and Indirect Only, goes by it and not by what is instanced.
+    """
+    return instance.parent if instance.is_instance and instance.parent is not None else instance.object
 
 
 def _flags(owner) -> int:
@@ -45,11 +53,11 @@ def _flags(owner) -> int:
 
 
 def instance_flags(instance, view_layer) -> int:
-    """INSTANCE_HOLDOUT and INSTANCE_SHADOW_CATCHER."""
-    owner = instance.object
-    holdout = owner.is_holdout or owner.original.holdout_get(view_layer=view_layer)
-    flags = INSTANCE_HOLDOUT if holdout else 0
-    return flags | (INSTANCE_SHADOW_CATCHER if owner.is_shadow_catcher else 0)
+    """INSTANCE_HOLDOUT and INSTANCE_SHADOW_CATCHER; the former goes by the instancer, the latter by either."""
+    instancer = placed_by(instance)
+    flags = INSTANCE_HOLDOUT if instancer.original.holdout_get(view_layer=view_layer) else 0
+    catches = instance.object.is_shadow_catcher or instancer.is_shadow_catcher
+    return flags | (INSTANCE_SHADOW_CATCHER if catches else 0)
 
 
 @cache

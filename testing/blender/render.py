@@ -65,10 +65,7 @@ def prepare(item: Scene) -> None:
     scene = kit.reset()
     scene.render.resolution_x, scene.render.resolution_y = item.size
     scene.render.resolution_percentage = 100
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.image_settings.color_mode = "RGBA"
-    scene.render.image_settings.color_depth = "32"
-    scene.render.image_settings.exr_codec = "NONE"
+    exact_files(scene)
     kit.assign(scene.cycles, CYCLES)
     for ours, theirs, value in SHARED:
         value = item.settings.get(ours, value)
@@ -77,6 +74,13 @@ def prepare(item: Scene) -> None:
     kit.assign(scene.restir, {name: value for name, value in item.settings.items() if hasattr(scene.restir, name)})
     scene.restir.is_initialized = True
     item.build()
+
+
+def exact_files(scene: bpy.types.Scene) -> None:
+    """Let a scene's pictures be written as they are."""
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"
+    settings.exr_codec = "NONE"
 
 
 def render(name: str, samples: int, seed: int) -> np.ndarray:

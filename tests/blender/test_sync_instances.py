@@ -11,6 +11,7 @@ from restir_engine.kernels.core import records as rec
 from restir_engine.scene import names
 from restir_engine.scene.errors import SceneError
 from testing.blender import probe
+from testing.blender import render as side_by_side
 
 
 @pytest.fixture
@@ -214,6 +215,47 @@ def test_view_layer(stage):
     assert sorted(rows) == [1, 2, 3, 8]
     assert [bool(rows[x]["flags"] & rec.INSTANCE_HOLDOUT) for x in (1, 2, 3, 8)] == [True, False, False, True]
     assert [bool(rows[x]["seen_by"] & rec.RAY_CAMERA) for x in (1, 2, 3, 8)] == [True, False, True, True]
+
+
+def instanced(thing, depth):
+    """Put a thing into a collection that `depth` nested empties instance; the outermost empty."""
+    for i in range(depth):
+        collection = bpy.data.collections.new(f"Level {i}")
+        collection.objects.link(thing)
+        thing = bpy.data.objects.new(f"Instancer {i}", None)
+        thing.instance_type, thing.instance_collection = "COLLECTION", collection
+    return thing
+
+
+@pytest.mark.parametrize("depth", [0, 1, 2])
+@pytest.mark.parametrize(
+    ("says", "what"),
+    [
+        *[(who, what) for who in ("instancer", "instanced") for what in ("is_holdout", "visible_camera", "both")],
+        *[("collection", what) for what in ("holdout", "indirect_only", "both")],
+    ],
+)
+def test_instancer_decides(stage, depth, says, what):
+    """Alpha beside Cycles: whose Holdout, Indirect Only and camera visibility count."""
+    scene = bpy.context.scene
+    thing = bpy.data.objects.new("Thing", stage)
+    thing.scale = (5.0, 5.0, 5.0)
+    outermost = instanced(thing, depth)
+    collection = bpy.data.collections.new("Shown")
+    scene.collection.children.link(collection)
+    collection.objects.link(outermost)
+    of_layer = bpy.context.view_layer.layer_collection.children["Shown"]
+    if says == "collection":
+        for name in ("holdout", "indirect_only"):
+            setattr(of_layer, name, what in (name, "both"))
+    else:
+        owner = outermost if says == "instancer" else thing
+        owner.is_holdout, owner.visible_camera = what in ("is_holdout", "both"), what not in ("visible_camera", "both")
+    scene.render.film_transparent = True
+    scene.render.resolution_x, scene.render.resolution_y = 8, 6
+    side_by_side.exact_files(scene)
+    alphas = [side_by_side.render(name, 4, 0)[2:4, 3:5, 3] for name in ("CYCLES", "RESTIR")]
+    np.testing.assert_array_equal(*alphas)
 
 
 def test_object_info(stage):
