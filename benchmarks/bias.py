@@ -18,49 +18,49 @@ import time
 
 import numpy as np
 
-from restir_engine.integrators.restir.passes import ReusePlan
+from restir_engine.reuse_settings import ReuseSettings
 from testing.scenes import card
-from testing.scenes.moving import MOVES, animation, bias, histories
+from testing.scenes.moving import MOVES, animation, bias, histories, reuse_of
 from testing.scenes.rooms import LIGHTS, picture_scene, render
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 UNBIASED_MIS = ("BALANCE", "PAIRWISE", "DEFENSIVE", "CONTRIBUTION")
 SAMPLES = 8  # of one render: the longest history
 
-NONE = {"restir_rounds": 0}
-SPATIAL = {"restir_rounds": 1}
-TEMPORAL = {"restir_rounds": 0, "restir_temporal": True}
-BOTH = {"restir_rounds": 1, "restir_temporal": True}
+NONE = {"rounds": 0}
+SPATIAL = {"rounds": 1}
+TEMPORAL = {"rounds": 0, "temporal": True}
+BOTH = {"rounds": 1, "temporal": True}
 
 
 def combinations() -> dict[str, dict]:
     """Settings by name: those without bias first."""
     found: dict[str, dict] = {}
     for target in ("TARGET", "SHADED"):
-        v = {"restir_visibility": target}
+        v = {"visibility": target}
         found[f"no reuse, {target}"] = NONE | v
         for mis in UNBIASED_MIS:
-            found[f"spatial, {mis}, {target}"] = SPATIAL | v | {"restir_mis": mis}
+            found[f"spatial, {mis}, {target}"] = SPATIAL | v | {"mis": mis}
         for cap in (1.0, 20.0):
             for mis in ("BALANCE", "DEFENSIVE"):
                 for name, reuse in (("temporal", TEMPORAL), ("both", BOTH)):
-                    c = {"restir_confidence_cap": cap, "restir_mis": mis}
+                    c = {"confidence_cap": cap, "mis": mis}
                     found[f"{name}, {mis}, cap {cap:g}, {target}"] = reuse | v | c
     return found
 
 
 def shortcuts() -> dict[str, dict]:
     """Settings that trade bias for time or noise."""
-    reused, estimated = {"restir_visibility": "REUSED"}, {"restir_visibility": "ESTIMATED"}
+    reused, estimated = {"visibility": "REUSED"}, {"visibility": "ESTIMATED"}
     return {
-        "spatial, CONFIDENCE (1/M)": SPATIAL | {"restir_mis": "CONFIDENCE"},
-        "both, CONFIDENCE (1/M)": BOTH | {"restir_mis": "CONFIDENCE"},
+        "spatial, CONFIDENCE (1/M)": SPATIAL | {"mis": "CONFIDENCE"},
+        "both, CONFIDENCE (1/M)": BOTH | {"mis": "CONFIDENCE"},
         "both, REUSED": BOTH | reused,
         "both, ESTIMATED": BOTH | estimated,
-        "both, ESTIMATED by channel": BOTH | estimated | {"restir_by_channel": True},
-        "both, ESTIMATED, near 8": BOTH | estimated | {"restir_near": 8.0},
-        "both, REUSED, discard": BOTH | reused | {"restir_discard": True},
-        "both, ESTIMATED, discard": BOTH | estimated | {"restir_discard": True},
+        "both, ESTIMATED by channel": BOTH | estimated | {"by_channel": True},
+        "both, ESTIMATED, near 8": BOTH | estimated | {"near": 8.0},
+        "both, REUSED, discard": BOTH | reused | {"discard": True},
+        "both, ESTIMATED, discard": BOTH | estimated | {"discard": True},
     }
 
 
@@ -71,17 +71,17 @@ def relmse(x: np.ndarray, reference: np.ndarray) -> float:
 
 
 MOVING = {  # plans by name, and what moves
-    **{f"{moves}, temporal": (moves, ReusePlan(temporal=True)) for moves in MOVES},
+    **{f"{moves}, temporal": (moves, reuse_of(temporal=True)) for moves in MOVES},
     **{
         f"all, {'both' if rounds else 'temporal'}, {mis}, {target}": (
             "all",
-            ReusePlan(temporal=True, rounds=rounds, options={"mis": mis, "visibility": target}),
+            reuse_of(temporal=True, rounds=rounds, mis=mis, visibility=target),
         )
         for rounds in (0, 1)
         for mis in ("BALANCE", "DEFENSIVE")
         for target in ("TARGET", "SHADED")
     },
-    "all, temporal, NOW": ("all", ReusePlan(temporal=True, options={"history_target": "NOW"})),
+    "all, temporal, NOW": ("all", reuse_of(temporal=True, history_target="NOW")),
 }
 
 
@@ -152,12 +152,13 @@ def main() -> None:
     truth, truth_error = means.mean(), means.std(ddof=1) / math.sqrt(len(means))
     print(f"PATH: standard error {100 * truth_error / truth:.3f} %\n")
     print("| settings | bias % | standard error % | relMSE | CPU seconds |\n|---|---|---|---|---|")
-    for name, settings in (combinations() | shortcuts()).items():
+    for name, options in (combinations() | shortcuts()).items():
         if args.only not in name:
             continue
+        settings = ReuseSettings(**options)
         start = time.process_time()
         pictures = [
-            render(scene, SAMPLES, seed=1000 + seed, integrator="RESTIR", max_bounces=0, **settings)
+            render(scene, SAMPLES, seed=1000 + seed, integrator="RESTIR", max_bounces=0, reuse=settings)
             for seed in range(args.seeds)
         ]
         seconds = time.process_time() - start

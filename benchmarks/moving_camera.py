@@ -17,11 +17,11 @@ from restir_engine.context import FrameContext
 from restir_engine.film import Film
 from restir_engine.integrators.path import PathIntegrator
 from restir_engine.integrators.restir.integrator import RestirIntegrator
-from restir_engine.integrators.restir.passes import Passes, ReusePlan
 from restir_engine.kernels.core.records import RAY_ALL, RAY_CAMERA
 from restir_engine.scene.lamps import point_lamp
 from restir_engine.settings import RenderSettings, required_passes
 from testing.scenes.lights import emission_program, matrix
+from testing.scenes.moving import reuse_of
 from testing.scenes.rooms import Builder, coated, diffuse, look, render, scaled
 from testing.scenes.shapes import CUBE, QUAD
 
@@ -78,23 +78,24 @@ def main() -> None:
     scene = lanterns(args.lamps, args.glowing, size)
     near = {"radius": 4.0}
     plans = {
-        "no reuse": ReusePlan(),
-        "temporal": ReusePlan(temporal=True),
-        "both": ReusePlan(temporal=True, rounds=1),
-        "both, within 4 pixels": ReusePlan(temporal=True, rounds=1, options=near),
-        "both, by channel": ReusePlan(temporal=True, rounds=1, by_channel=True),
-        "both, by channel, within 4 pixels": ReusePlan(temporal=True, rounds=1, by_channel=True, options=near),
+        "no reuse": reuse_of(),
+        "temporal": reuse_of(temporal=True),
+        "both": reuse_of(temporal=True, rounds=1),
+        "both, within 4 pixels": reuse_of(temporal=True, rounds=1, **near),
+        "both, by channel": reuse_of(temporal=True, rounds=1, by_channel=True),
+        "both, by channel, within 4 pixels": reuse_of(temporal=True, rounds=1, by_channel=True, **near),
     }
     result = {}
     for name, plan in plans.items():
-        passes = Passes(plan)
+        history = None
         times = []
         for step in range(FRAMES):
             scene.camera = view(step, size)
             scene.commit()
-            settings = RenderSettings(seed=step, max_bounces=args.bounces)
+            settings = RenderSettings(seed=step, max_bounces=args.bounces, reuse=plan)
             film = Film(size, size, required_passes(settings.passes, False), 1.0)
-            integrator = RestirIntegrator(FrameContext(scene), settings, film, plan, passes)
+            integrator = RestirIntegrator(FrameContext(scene), settings, film, history)
+            history = integrator.history
             times.append(frame(integrator, 0, 1, tiles))
         film.samples = 1
         result[name] = min(times[FRAMES // 2 :]), film.pass_array("Combined")[:, :, :3]

@@ -12,12 +12,13 @@ import time
 
 import numpy as np
 
+from restir_engine.reuse_settings import ReuseSettings
 from testing.scenes.rooms import LIGHTS, picture_scene, render
 
 from .bias import relmse
 
 SAMPLES = 8
-NONE, ONE = {"restir_rounds": 0}, {"restir_rounds": 1}
+NONE, ONE = {"rounds": 0}, {"rounds": 1}
 
 
 def variants() -> dict[str, dict]:
@@ -25,13 +26,13 @@ def variants() -> dict[str, dict]:
     found = {}
     for m, k in ((16, 1), (32, 1), (64, 1), (128, 1), (64, 2), (64, 4)):
         name = f"no reuse, {m} candidates, {k} light samples"
-        found[name] = NONE | {"restir_candidates": m, "restir_light_samples": k}
+        found[name] = NONE | {"light_candidates": m, "light_samples": k}
     for neighbours in (1, 3):
-        found[f"spatial, {neighbours} neighbours"] = ONE | {"restir_neighbours": neighbours}
-    found["spatial, SHADED"] = ONE | {"restir_visibility": "SHADED"}
-    found["two rounds"] = {"restir_rounds": 2}
-    found["temporal"] = NONE | {"restir_temporal": True}
-    found["temporal and spatial"] = ONE | {"restir_temporal": True}
+        found[f"spatial, {neighbours} neighbours"] = ONE | {"neighbours": neighbours}
+    found["spatial, SHADED"] = ONE | {"visibility": "SHADED"}
+    found["two rounds"] = {"rounds": 2}
+    found["temporal"] = NONE | {"temporal": True}
+    found["temporal and spatial"] = ONE | {"temporal": True}
     return found
 
 
@@ -58,7 +59,9 @@ def main() -> None:
         scene = picture_scene(light, 64)
         reference = render(scene, 2048, seed=1, integrator="PATH", max_bounces=args.bounces)
         rows = {"PATH": {"integrator": "PATH"}}
-        rows |= {n: {"integrator": "RESTIR"} | s for n, s in variants().items() if args.only in n}
+        rows |= {
+            n: {"integrator": "RESTIR", "reuse": ReuseSettings(**s)} for n, s in variants().items() if args.only in n
+        }
         base = None
         for name, settings in rows.items():
             render(scene, 1, threads=1, **settings)  # kernels

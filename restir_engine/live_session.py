@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from .scene.camera import Camera
 from .scene.scene import Scene
 from .session import PREPARING, Session, Status
 from .settings import RenderSettings
+
+if TYPE_CHECKING:
+    from .integrators.resampling.history import History
 
 log = logging.getLogger(__name__)
 
@@ -44,7 +48,7 @@ class LiveSession:
         self._current: Request | None = None  # what the worker has taken
         self._changed = threading.Condition()
         self._closed = False
-        self._history: dict[bool, tuple[tuple, object]] = {}  # by whether in small: of what settings and size, and it
+        self._history: dict[bool, History] = {}  # by whether in small
         self._sessions = 0
         self._thread = threading.Thread(target=self._work, name="restir-live", daemon=True)
         self._thread.start()
@@ -102,17 +106,15 @@ class LiveSession:
         """Render a request to its end or until `cancelled`; every session has random numbers of its own."""
         settings = in_motion(request.settings) if small else request.settings
         camera = smaller(request.camera) if small else request.camera
-        same, history = self._history.get(small, (None, None))
-        key = (settings, camera.film_size)
         settings = replace(settings, seed=settings.seed + self._sessions)
         self._sessions += 1
-        session = Session(request.scene, settings, camera, history if same == key else None)
+        session = Session(request.scene, settings, camera, self._history.get(small))
         if not request.scene.committed:
             self.line = PREPARING
         session.prepare()
         session.render(cancelled, self._report, self._keep)
-        if settings.restir_temporal:
-            self._history[small] = key, session.history
+        if settings.reuse.temporal:
+            self._history[small] = session.history
 
     def _report(self, status: Status) -> None:
         self.line = status.line()
@@ -125,7 +127,8 @@ class LiveSession:
 
 def in_motion(settings: RenderSettings) -> RenderSettings:
     """The settings of a small frame: one sample, and what reuse there is."""
-    return replace(settings, samples=1, restir_temporal=True, restir_rounds=max(settings.restir_rounds, 1))
+    reuse = replace(settings.reuse, temporal=True, rounds=max(settings.reuse.rounds, 1))
+    return replace(settings, samples=1, reuse=reuse)
 
 
 def smaller(camera: Camera) -> Camera:

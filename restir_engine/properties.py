@@ -14,6 +14,7 @@ from bpy.props import (
     PointerProperty,
 )
 
+from .reuse_settings import OPTIONS, Option, ReuseSettings
 from .settings import PASSES, RenderSettings
 
 DEFAULTS = RenderSettings()
@@ -46,6 +47,27 @@ def _bounces(name: str, default: int, description: str):
     return IntProperty(name=name, description=description, default=default, min=0, soft_max=32, max=1024)
 
 
+def _property(name: str, option: Option):
+    """The property of a field of ReuseSettings."""
+    default = getattr(DEFAULTS.reuse, name)
+    texts = {"name": option.label, "description": option.text, "default": default}
+    if option.choices:
+        return EnumProperty(items=option.choices, **texts)
+    if isinstance(default, bool):
+        return BoolProperty(**texts)
+    limits = {"min": option.min, "max": option.max, "soft_max": option.soft_max or option.max}
+    limits = {limit: type(default)(value) for limit, value in limits.items() if value is not None}
+    if isinstance(default, int):
+        return IntProperty(**texts, **limits)
+    return FloatProperty(**texts, **limits, subtype=option.unit or "NONE")
+
+
+class RestirReuseSettings(bpy.types.PropertyGroup):
+    """Which light samples the integrator ReSTIR draws, and how it reuses them."""
+
+    __annotations__ = {name: _property(name, option) for name, option in OPTIONS.items()}
+
+
 class RestirSceneSettings(bpy.types.PropertyGroup):
     """Render settings of a scene."""
 
@@ -58,125 +80,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         ),
         default=DEFAULTS.integrator,
     )
-    restir_candidates: IntProperty(
-        name="Light Candidates",
-        description="Points of lights of which each light sample is one. More find the "
-        "lights that matter sooner and cost a little time",
-        default=DEFAULTS.restir_candidates,
-        min=1,
-        soft_max=256,
-        max=1024,
-    )
-    restir_light_samples: IntProperty(
-        name="Light Samples",
-        description="Light samples at the first surface in each of a pixel's samples. Each has a shadow ray, but "
-        "where reuse does without visibility at first: there the one that is kept. More cost time and are less noisy "
-        "where lights are many or shadows soft",
-        default=DEFAULTS.restir_light_samples,
-        min=1,
-        soft_max=8,
-        max=64,
-    )
-    restir_exit_lights: IntProperty(
-        name="Subsurface Light Samples",
-        description="Light samples, each with a shadow ray, where a random walk leaves the first surface that it "
-        "entered. A walk is dear: that it be lit by more than one pays where lights are many or shadows are soft",
-        default=DEFAULTS.restir_exit_lights,
-        min=1,
-        soft_max=16,
-        max=64,
-    )
-    restir_rounds: IntProperty(
-        name="Spatial Rounds",
-        description="How often a pixel takes light samples from its neighbours: for few samples. 0 is never, which has "
-        "the least noise in final frames at equal time",
-        default=DEFAULTS.restir_rounds,
-        min=0,
-        max=4,
-    )
-    restir_neighbours: IntProperty(
-        name="Neighbors",
-        description="How many neighbours a pixel takes samples from in each round",
-        default=DEFAULTS.restir_neighbours,
-        min=1,
-        max=12,
-    )
-    restir_radius: FloatProperty(
-        name="Radius",
-        description="How far away a neighbour may be",
-        default=DEFAULTS.restir_radius,
-        min=1.0,
-        soft_max=64.0,
-        subtype="PIXEL",
-    )
-    restir_temporal: BoolProperty(
-        name="Temporal",
-        description="Each sample of a pixel takes over light samples of the one before. Good ones are found at once, "
-        "but samples are no longer independent: for a few samples, not for many",
-        default=DEFAULTS.restir_temporal,
-    )
-    restir_confidence_cap: FloatProperty(
-        name="History",
-        description="How many samples what comes from before counts for at most, beside one new sample",
-        default=DEFAULTS.restir_confidence_cap,
-        min=1.0,
-        soft_max=40.0,
-        max=1000.0,
-    )
-    restir_mis: EnumProperty(
-        name="MIS Weights",
-        description="How samples from several pixels are weighed against each other",
-        items=(
-            ("BALANCE", "Balance", "Each against all: least noise, the most time"),
-            ("PAIRWISE", "Pairwise", "Each against the pixel's own"),
-            ("DEFENSIVE", "Defensive Pairwise", "The same, with a share that is always the pixel's own"),
-            ("CONTRIBUTION", "Contribution", "Only the one chosen is weighed: more noise"),
-            ("CONFIDENCE", "1/M (biased)", "Not at all; for comparison. Measured: darker by 2 to 9 %"),
-        ),
-        default=DEFAULTS.restir_mis,
-    )
-    restir_visibility: EnumProperty(
-        name="Shadows",
-        description="When shadow rays are traced",
-        items=(
-            ("TARGET", "For Each Choice", "Samples are chosen by whether their light arrives"),
-            ("SHADED", "At the End", "For what is shaded in the end"),
-            ("REUSED", "Reused (biased)", "Samples that stay in their pixel keep their shadow. Measured: below 0.5 %"),
-            ("ESTIMATED", "Estimated (biased)", "Likewise, averaged over all that were resampled: less noise, but "
-             "colours of lights leak at edges of shadows. Measured: darker by 0.8 %, and by 9 % in single pixels"),
-        ),
-        default=DEFAULTS.restir_visibility,
-    )  # fmt: skip
-    restir_by_channel: BoolProperty(
-        name="Each Channel Apart",
-        description="Red, green and blue have samples of their own: three times the work, and colours do not leak",
-        default=DEFAULTS.restir_by_channel,
-    )
-    restir_discard: BoolProperty(
-        name="Discard Shadowed (biased)",
-        description="New samples in shadow are thrown away although neighbours might see their light. Less noise, but "
-        "darker. Measured: by 2 to 6 %",
-        default=DEFAULTS.restir_discard,
-    )
-    restir_near: FloatProperty(
-        name="Near Shadows (biased)",
-        description="Where shadows are reused or estimated, those of neighbours closer than this are taken as they "
-        "are. 0 is off. Measured at 8 pixels: below 0.3 %",
-        default=DEFAULTS.restir_near,
-        min=0.0,
-        soft_max=16.0,
-        subtype="PIXEL",
-    )
-    restir_history_target: EnumProperty(
-        name="History's Scene",
-        description="Whose lights and shadows the frame before is weighed by",
-        items=(
-            ("BEFORE", "Its Own", "The scene as it was"),
-            ("NOW", "The New One (biased)", "The scene as it is now: saves shadow rays through the old one. Within a "
-             "still image both are the same. Measured, with lights and shadows that move: wrong by 7 %"),
-        ),
-        default=DEFAULTS.restir_history_target,
-    )  # fmt: skip
+    reuse: PointerProperty(type=RestirReuseSettings, name="Reuse", description=RestirReuseSettings.__doc__)
     samples: IntProperty(
         name="Samples",
         description="Paths traced for each pixel of a final render. Twice the noise-free look costs four times as many",
@@ -523,13 +427,14 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
     same_name = {
         name: getattr(own, name)
         for name in RenderSettings.__dataclass_fields__
-        if name in RestirSceneSettings.__annotations__
+        if name in RestirSceneSettings.__annotations__ and name != "reuse"
     }
     seed = own.seed + (scene.frame_current if own.use_animated_seed else 0)
     return RenderSettings(
         **same_name
         | {
             "seed": seed,
+            "reuse": ReuseSettings(**{name: getattr(own.reuse, name) for name in OPTIONS}),
             "samples": view_layer.samples or own.samples,
             "threads": scene.render.threads
             if scene.render.threads_mode == "FIXED" and not own.threads
@@ -576,6 +481,8 @@ CLASSES = {
 
 def register() -> None:
     """Add `restir` to scenes, view layers and materials."""
+    if not RestirReuseSettings.is_registered:
+        bpy.utils.register_class(RestirReuseSettings)
     for owner, group in CLASSES.items():
         if not group.is_registered:
             bpy.utils.register_class(group)
@@ -588,3 +495,5 @@ def unregister() -> None:
         if group.is_registered:
             del owner.restir
             bpy.utils.unregister_class(group)
+    if RestirReuseSettings.is_registered:
+        bpy.utils.unregister_class(RestirReuseSettings)

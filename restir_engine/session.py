@@ -27,6 +27,7 @@ from .settings import RenderSettings, required_passes
 
 if TYPE_CHECKING:
     from .integrators.base import Integrator
+    from .integrators.resampling.history import History
 
 log = logging.getLogger(__name__)
 
@@ -99,7 +100,7 @@ class Session:
     """
 
     def __init__(
-        self, scene: Scene, settings: RenderSettings, camera: Camera | None = None, history: object | None = None
+        self, scene: Scene, settings: RenderSettings, camera: Camera | None = None, history: History | None = None
     ) -> None:
         self.scene = scene
         self.camera = camera or scene.camera
@@ -127,6 +128,7 @@ class Session:
         if not self.scene.committed:
             self.scene.commit()
         self._integrator = self._new_integrator()
+        self._integrator.prepare()
         self.history = self._integrator.history
 
     def render(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+
+from .reuse_settings import ReuseSettings
 
 
 @dataclass(frozen=True)
@@ -44,26 +46,13 @@ class RenderSettings:
     pass_alpha_threshold: float = 0.5
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
-    restir_candidates: int = 64  # points of light tiles of which a light sample is one
-    restir_light_samples: int = 2  # a pixel and frame, at the first vertex
-    restir_exit_lights: int = 4  # light samples where light leaves a surface below which it was scattered
-    restir_temporal: bool = False  # a sample's reservoirs are reused by the next
-    restir_rounds: int = 0  # of spatial reuse
-    restir_neighbours: int = 3  # of a pixel in each round
-    restir_radius: float = 16.0  # pixels, within which they are
-    restir_confidence_cap: float = 20.0  # samples that the history counts for at most
-    restir_mis: str = "DEFENSIVE"  # BALANCE, PAIRWISE, DEFENSIVE, CONTRIBUTION, CONFIDENCE
-    restir_visibility: str = "TARGET"  # TARGET, SHADED, REUSED, ESTIMATED
-    restir_discard: bool = False  # candidates in shadow are thrown away
-    restir_near: float = 0.0  # pixels, closer than which visibility is not traced again
-    restir_by_channel: bool = False  # a reservoir for each colour channel
-    restir_history_target: str = "BEFORE"  # BEFORE, NOW
+    reuse: ReuseSettings = field(default_factory=ReuseSettings)  # RESTIR
     passes: frozenset[str] = frozenset({"Combined"})
 
 
 def carries_visibility(settings) -> bool:
     """Whether samples keep a visibility V̄ of their own; `settings`: RenderSettings, or properties of those names."""
-    return settings.integrator == "RESTIR" and settings.restir_visibility in ("REUSED", "ESTIMATED")
+    return settings.integrator == "RESTIR" and settings.reuse.visibility in ("REUSED", "ESTIMATED")
 
 
 @dataclass(frozen=True)

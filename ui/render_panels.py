@@ -7,6 +7,7 @@ import textwrap
 import bpy
 
 from ..restir_engine import denoise, warning_log
+from ..restir_engine.reuse_settings import OPTIONS
 from ..restir_engine.settings import PASSES, carries_visibility
 from .shared import RestirPanel
 
@@ -50,7 +51,7 @@ class RESTIR_RENDER_PT_denoising(RestirPanel, bpy.types.Panel):
 
 
 class RESTIR_RENDER_PT_resampling(RestirPanel, bpy.types.Panel):
-    """Which light samples ReSTIR chooses from"""
+    """Light samples of the integrator ReSTIR. What is for comparisons is at scene.restir.reuse for scripts"""
 
     bl_label = "Resampling"
     bl_options = {"DEFAULT_CLOSED"}
@@ -58,26 +59,9 @@ class RESTIR_RENDER_PT_resampling(RestirPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         own, column = context.scene.restir, self.column()
         column.active = own.integrator == "RESTIR"
-        column.prop(own, "restir_candidates")
-        column.prop(own, "restir_light_samples")
-        column.prop(own, "restir_exit_lights")
-        column.prop(own, "restir_rounds")
-        spatial = column.column(align=True)
-        spatial.active = own.restir_rounds > 0
-        spatial.prop(own, "restir_neighbours")
-        spatial.prop(own, "restir_radius")
-        column.prop(own, "restir_temporal")
-        temporal = column.column(align=True)
-        temporal.active = own.restir_temporal
-        temporal.prop(own, "restir_confidence_cap")
-        temporal.prop(own, "restir_history_target")
-        column.prop(own, "restir_mis")
-        column.prop(own, "restir_visibility")
-        column.prop(own, "restir_by_channel")
-        column.prop(own, "restir_discard")
-        near = column.column()
-        near.active = own.restir_visibility in ("REUSED", "ESTIMATED")
-        near.prop(own, "restir_near")
+        for name, option in OPTIONS.items():
+            if option.panel:
+                column.prop(own.reuse, name)
 
 
 class RESTIR_RENDER_PT_light_paths(RestirPanel, bpy.types.Panel):
@@ -113,14 +97,10 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
         column.prop(own, "sss_method")
         column.prop(own, "preview_sss_method")
         hybrid = column.column()
-        hybrid.active = own.sss_method == "HYBRID"
-        hybrid.prop(own, "sss_thickness_aware")
-        hybrid.prop(own, "sss_analog_escape")
+        hybrid.active = "HYBRID" in (own.sss_method, own.preview_sss_method)
         hybrid.prop(own, "sss_irradiance_cache")
         column.prop(own, "cycles_burley_kernel")
-        column.prop(own, "exact_walks")
         column.prop(own, "sss_after_diffuse")
-        column.prop(own, "sss_max_scatters")
 
 
 class RESTIR_RENDER_PT_film(RestirPanel, bpy.types.Panel):

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..context import FrameContext
 from ..film import Film
+from ..kernels.core.jit import load
 from ..kernels.core.memory import address
 from ..kernels.core.records import (
     INTEGRATOR,
@@ -31,6 +32,7 @@ from .irradiance_cache import IrradianceCache
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
+    from .resampling.history import History
 
 Tile = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels of the film
 
@@ -50,7 +52,10 @@ class Stage(NamedTuple):
 
 
 class Integrator:
-    """An integrator with a frame's context, settings and a film; its constructor compiles or loads its kernels.
+    """An integrator with a frame's context, settings and a film.
+
+    `kernels()` lists what it calls, `prepare` compiles or loads that; what is called by address (entries) the
+    constructor compiles, as far as the scene needs it.
 
     `stages(first_sample, samples)` are the steps that add these samples to every pixel of the film, of which only the
     last one writes to it; `max_batch` is how many samples they can take at once. `history` is what the integrator of
@@ -60,7 +65,7 @@ class Integrator:
     max_batch = 1 << 30
 
     def __init__(
-        self, context: FrameContext, settings: RenderSettings, film: Film, history: object | None = None
+        self, context: FrameContext, settings: RenderSettings, film: Film, history: History | None = None
     ) -> None:
         scene = context.scene
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
@@ -83,6 +88,14 @@ class Integrator:
     def tables(self) -> tuple[np.ndarray, ...]:
         """What the INTEGRATOR record points to; it must outlive copies of the record."""
         return self._table, self._scatter, self._media
+
+    def kernels(self) -> list:
+        """The kernels that `stages` run."""
+        raise NotImplementedError
+
+    def prepare(self) -> None:
+        """Compile the kernels, or load them from the cache, so that the first stage starts at once."""
+        load(self.kernels())
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a batch of samples."""

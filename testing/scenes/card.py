@@ -6,18 +6,17 @@ import math
 
 import numpy as np
 
-from restir_engine.integrators.restir.passes import ReusePlan
 from restir_engine.scene.lamps import area_lamp
 
 from .lights import matrix
-from .moving import frames_of
+from .moving import frames_of, reuse_of
 from .rooms import Builder, diffuse, look, render, scaled
 from .shapes import QUAD
 
 SIZE, SAMPLES, SEEDS = 24, 8, 48
 
 
-# What is compared, by name: one reservoir a channel or not, and options; each as in the paper, without the vector sum.
+# What is compared, by name: one reservoir a channel or not, and options.
 REUSES = {
     "reused": (False, {"visibility": "REUSED"}),
     "estimated": (False, {"visibility": "ESTIMATED"}),
@@ -43,8 +42,8 @@ def converged(scene) -> np.ndarray:
 
 def pictures(scene, by_channel: bool, options: dict, seeds: int = SEEDS) -> tuple[np.ndarray, np.ndarray]:
     """Pictures, the means of SAMPLES, and V of the last sample; (seeds, size, size, 3) each."""
-    plan = ReusePlan(temporal=True, rounds=1, by_channel=by_channel, options={**options, "vector": False})
-    both = [frames_of([scene], seed, plan, SAMPLES) for seed in range(seeds)]
+    reuse = reuse_of(temporal=True, rounds=1, by_channel=by_channel, **options)
+    both = [frames_of([scene], seed, reuse, SAMPLES) for seed in range(seeds)]
     return np.stack([a for a, _ in both]), np.stack([last.visibility() for _, last in both])
 
 

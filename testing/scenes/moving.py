@@ -11,7 +11,7 @@ import numpy as np
 from restir_engine.context import FrameContext
 from restir_engine.film import Film
 from restir_engine.integrators.restir.integrator import RestirIntegrator
-from restir_engine.integrators.restir.passes import Passes, ReusePlan
+from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene.lamps import area_lamp
 from restir_engine.scene.scene import Scene
 from restir_engine.settings import RenderSettings, required_passes
@@ -65,17 +65,23 @@ def _frame(at: dict[str, int], size: int) -> Scene:
     return scene
 
 
-def frames_of(scenes, seed: int, plan: ReusePlan, samples: int = 1, look_at=None):
+def reuse_of(**options) -> ReuseSettings:
+    """Reuse with one light sample a frame, where what history does shows best."""
+    return ReuseSettings(light_samples=1, **options)
+
+
+def frames_of(scenes, seed: int, reuse: ReuseSettings, samples: int = 1, look_at=None):
     """The mean of the samples of the last scene, (height, width, 3); each scene inherits from the one before.
 
     look_at(integrator): called after the candidates of each frame are drawn. Returns (picture, the last integrator).
     """
-    passes = Passes(plan)
+    history = None
     for number, scene in enumerate(scenes):
-        settings = RenderSettings(seed=seed * 16 + number, max_bounces=0)
+        settings = RenderSettings(seed=seed * 16 + number, max_bounces=0, reuse=reuse)
         width, height = scene.camera.film_size
         film = Film(width, height, required_passes(settings.passes, False), 1.0)
-        integrator = RestirIntegrator(FrameContext(scene), settings, film, plan, passes)
+        integrator = RestirIntegrator(FrameContext(scene), settings, film, history)
+        history = integrator.history
         scratch = integrator.scratch()
         for sample in range(samples):
             for turn, stage in enumerate(integrator.stages(sample, 1)):
@@ -94,12 +100,12 @@ def candidates_light(integrator) -> np.ndarray:
     return r["contribution_weight"].astype(float) * r["target"] * np.maximum(r["visibility"].mean(-1), 0.0)
 
 
-def histories(scenes, plan: ReusePlan, seeds) -> tuple[np.ndarray, np.ndarray]:
+def histories(scenes, reuse: ReuseSettings, seeds) -> tuple[np.ndarray, np.ndarray]:
     """Luminance (seeds, height, width) of each history's last frame, and what its last candidates alone say of it."""
     pictures, candidates = [], []
     for seed in seeds:
         own: list[np.ndarray] = []
-        pictures.append(frames_of(scenes, seed, plan, look_at=lambda i, own=own: own.append(candidates_light(i)))[0])
+        pictures.append(frames_of(scenes, seed, reuse, look_at=lambda i, own=own: own.append(candidates_light(i)))[0])
         candidates.append(own[-1])
     return np.stack(pictures) @ LUMINANCE, np.stack(candidates)
 

@@ -308,12 +308,12 @@ def test_the_estimate_of_visibility_is_a_pass_of_restir(lit, written):
     lamp.location = (0.5, 0.5, 1.5)
     lit.collection.objects.link(lamp)
     lit.view_layers[0].restir.use_pass_visibility = True
-    lit.restir.integrator, lit.restir.restir_visibility, lit.restir.samples = "RESTIR", "ESTIMATED", 4
+    lit.restir.integrator, lit.restir.reuse.visibility, lit.restir.samples = "RESTIR", "ESTIMATED", 4
     bpy.ops.render.render()
     ground = written[-1]["Visibility Estimate"][:4]
     assert ground == pytest.approx(1.0)
     assert not warning_log.lines(lit.name)
-    lit.restir.restir_visibility = "TARGET"
+    lit.restir.reuse.visibility = "TARGET"
     bpy.ops.render.render()
     assert not written[-1]["Visibility Estimate"].any()
     assert any("Visibility Estimate" in line for line in warning_log.lines(lit.name))

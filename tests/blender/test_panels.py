@@ -4,6 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -94,12 +95,17 @@ def test_no_panel_draws_with_another_engine(scene, ui):
             assert draw(panel, engine="CYCLES", **context) == []
 
 
+FOR_SCRIPTS = {"exact_walks", "sss_analog_escape", "sss_max_scatters", "sss_thickness_aware"}  # and comparisons
+
+
 def test_every_scene_setting_and_pass_is_shown(scene, ui):
     from restir_engine.properties import RestirSceneSettings
+    from restir_engine.reuse_settings import OPTIONS
     from restir_engine.settings import PASSES
 
     drawn = {name for panel in ui.CLASSES for name in draw(panel)}
-    assert set(RestirSceneSettings.__annotations__) - drawn == {"is_initialized"}
+    assert set(RestirSceneSettings.__annotations__) - drawn == {"is_initialized", "reuse"} | FOR_SCRIPTS
+    assert {name for name in OPTIONS if name in drawn} == {name for name in OPTIONS if OPTIONS[name].panel}
     assert {item.view_layer or item.own for item in PASSES} - drawn == {"use_pass_combined"}
 
 
@@ -125,6 +131,28 @@ def test_settings_come_from_properties_one_to_one(scene):
     settings = render_settings(scene, bpy.context.view_layer)
     assert (settings.clamp_direct, settings.pixel_filter, settings.seed) == (3.0, "BOX", 9)
     assert settings.film_transparent
+
+
+def test_options_of_reuse_come_from_one_record(scene):
+    """Properties have its fields, defaults and choices, and settings have what they are set to."""
+    from dataclasses import asdict, fields
+
+    from restir_engine.properties import RestirReuseSettings, render_settings
+    from restir_engine.reuse_settings import OPTIONS, ReuseSettings
+
+    reuse = scene.restir.reuse
+    assert set(RestirReuseSettings.__annotations__) == set(OPTIONS) == {f.name for f in fields(ReuseSettings)}
+    for name, option in OPTIONS.items():
+        found = RestirReuseSettings.bl_rna.properties[name]
+        assert (found.name, found.description) == (option.label, option.text)
+        if option.choices:
+            assert [item.identifier for item in found.enum_items] == [choice for choice, _, _ in option.choices]
+    for name, value in asdict(ReuseSettings()).items():
+        found = getattr(render_settings(scene, bpy.context.view_layer).reuse, name)
+        assert found == (pytest.approx(value, rel=1e-7) if isinstance(value, float) else value)
+    reuse.mis, reuse.rounds, reuse.radius, reuse.temporal = "BALANCE", 2, 4.0, True
+    found = render_settings(scene, bpy.context.view_layer).reuse
+    assert (found.mis, found.rounds, found.radius, found.temporal) == ("BALANCE", 2, 4.0, True)
 
 
 def shown() -> set[str]:

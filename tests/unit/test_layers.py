@@ -14,7 +14,7 @@ LAYERS = (
     {"embree"},
     {"kernels"},
     {"scene"},
-    {"context", "settings", "film", "denoise", "presets"},
+    {"context", "settings", "reuse_settings", "film", "denoise", "presets"},
     {"integrators"},
     {"session", "live_session"},
     {"properties", "sync", "engine", "viewport"},
@@ -60,6 +60,26 @@ def test_imports_only_what_stands_to_the_left(path):
         target = rest.split(".")[0] if first == "restir_engine" else first
         if target in RANK:
             assert RANK[target] <= RANK[layer], f"line {node.lineno}: {layer} imports {module}"
+
+
+# Rooms of integrators/, left to right; what stands beside them (base, the rooms of PATH) they may all import.
+ROOMS = ("resampling", "techniques", "restir")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [p for room in ROOMS for p in sorted((PACKAGE / "integrators" / room).rglob("*.py"))],
+    ids=lambda p: str(p.relative_to(PACKAGE)),
+)
+def test_resampling_knows_no_technique_and_techniques_no_frame(path):
+    """What is written once for all techniques imports none of them, and nothing of lights."""
+    room = path.relative_to(PACKAGE / "integrators").parts[0]
+    for module, node in imports(path):
+        parts = module.split(".")
+        if parts[:2] == ["restir_engine", "integrators"] and parts[2] in ROOMS:
+            assert ROOMS.index(parts[2]) <= ROOMS.index(room), f"line {node.lineno}: {room} imports {module}"
+        if room == "resampling":
+            assert parts[:3] != ["restir_engine", "kernels", "lights"], f"line {node.lineno}: imports {module}"
 
 
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: str(p.relative_to(ROOT)))

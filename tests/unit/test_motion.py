@@ -8,9 +8,8 @@ from restir_engine.integrators.resampling.motion import (
     match,
     pixel_before,
     place_before,
-    source_before,
-    source_now,
 )
+from restir_engine.integrators.techniques.direct.shift import source_before, source_now
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, store_f64, store_i64

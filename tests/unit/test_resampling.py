@@ -10,7 +10,8 @@ import pytest
 
 from restir_engine.integrators.resampling.mis import BALANCE, CONFIDENCE, CONTRIBUTION, DEFENSIVE, MIS_KINDS, PAIRWISE
 from restir_engine.integrators.resampling.neighbours import disk_neighbour, similar
-from restir_engine.integrators.resampling.reservoir import RESERVOIR, SAMPLE_BYTES
+from restir_engine.integrators.resampling.reservoir import HEADER, RESERVOIR, SAMPLE_BYTES, reservoir_dtype
+from restir_engine.integrators.techniques.direct.sample import DIRECT_RESERVOIR
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, store_i64
 from testing.kernels import reuse_toy as toy
@@ -38,9 +39,16 @@ def points():
     ]
 
 
-def test_a_reservoir_has_64_bytes_and_begins_with_its_sample():
-    assert RESERVOIR.itemsize == 64
-    assert RESERVOIR.fields["contribution_weight"][1] == SAMPLE_BYTES
+@pytest.mark.parametrize("reservoir", [RESERVOIR, DIRECT_RESERVOIR])
+def test_a_reservoir_is_a_header_and_a_sample_in_64_bytes(reservoir):
+    assert reservoir.itemsize == HEADER.itemsize + SAMPLE_BYTES == 64
+    assert all(reservoir.fields[name] == HEADER.fields[name] for name in HEADER.names)
+    assert all(reservoir.fields[n][1] >= HEADER.itemsize for n in reservoir.names if n not in HEADER.names)
+
+
+def test_a_sample_that_is_too_large_is_refused():
+    with pytest.raises(ValueError, match="44 bytes"):
+        reservoir_dtype(np.dtype([("x", np.float64, (6,))]))
 
 
 # Shifts ---------------------------------------------------------------------------------------------------------

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from restir_engine.integrators.restir.passes import ReusePlan
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes import nodes
 from restir_engine.scene.lamps import area_lamp
 from testing.scenes.lights import matrix
 from testing.scenes.media import cube, medium
-from testing.scenes.moving import frames_of, off
+from testing.scenes.moving import frames_of, off, reuse_of
 from testing.scenes.rooms import UNSEEN, Builder, diffuse, look, program, render, scaled
 from testing.scenes.shapes import QUAD
 
@@ -45,7 +44,7 @@ def test_screens_before_one_pixel_do_not_darken_another():
     for i in range(4):
         b.add(QUAD, glass, scaled(matrix((0.0, 0.0, 1.4 + 0.02 * i)), 1.5, 1.5, 1.0), UNSEEN)
     scene = finish(b)
-    found = np.stack([frames_of([scene], seed, ReusePlan(rounds=1))[0] for seed in range(24)])
+    found = np.stack([frames_of([scene], seed, reuse_of(rounds=1))[0] for seed in range(24)])
     assert np.abs(off(found, truth_of(scene))).max() < 3.5
 
 
@@ -54,7 +53,7 @@ def test_screens_before_one_pixel_do_not_darken_another():
 )
 def test_history_with_a_medium_that_comes_and_goes_keeps_the_mean(fogs):
     scenes = [finish(floor(*places)) for places in fogs]
-    plan = ReusePlan(temporal=True)
+    plan = reuse_of(temporal=True)
     assert (
         np.abs(off(np.stack([frames_of(scenes, seed, plan)[0] for seed in range(60)]), truth_of(scenes[-1]))).max()
         < 3.5

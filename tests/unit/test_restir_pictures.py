@@ -9,6 +9,7 @@ that do not count (+1.0 %, 8), a Jacobian of 1.01 (+0.5 %, 3.4 to 5; CONTRIBUTIO
 import numpy as np
 import pytest
 
+from restir_engine.reuse_settings import ReuseSettings
 from testing.measures import compare
 from testing.scenes.rooms import LIGHTS, frames, picture_scene
 
@@ -56,11 +57,16 @@ def check(ours: np.ndarray, reference: np.ndarray, name: str) -> np.ndarray:
 
 
 REUSE = {
-    "none": {"restir_rounds": 0, "restir_temporal": False},
-    "spatial": {"restir_rounds": 1, "restir_temporal": False},
-    "temporal": {"restir_rounds": 0, "restir_temporal": True},
-    "both": {"restir_rounds": 1, "restir_temporal": True},
+    "none": {"rounds": 0, "temporal": False},
+    "spatial": {"rounds": 1, "temporal": False},
+    "temporal": {"rounds": 0, "temporal": True},
+    "both": {"rounds": 1, "temporal": True},
 }
+
+
+def reusing(options: dict) -> dict:
+    """Settings of RESTIR with these options of reuse."""
+    return {"integrator": "RESTIR", "reuse": ReuseSettings(**options)}
 
 
 @pytest.mark.parametrize("reuse", REUSE)
@@ -68,42 +74,44 @@ def test_direct_light_is_that_of_path(reuse, lit):
     z = []
     for name in LIGHTS:
         scene, reference = lit(name)
-        z.append(check(direct(scene, integrator="RESTIR", **REUSE[reuse]), reference, name))
+        z.append(check(direct(scene, **reusing(REUSE[reuse])), reference, name))
     z = np.concatenate(z)
     assert z.mean() < 0.9 and (z > 3.0).mean() < 0.01, f"mean |z| {z.mean()}, beyond 3: {(z > 3.0).mean():.2%}"
 
 
 SPATIAL, BOTH = REUSE["spatial"], REUSE["both"]
 KINDS = {
-    **{f"spatial {mis}": SPATIAL | {"restir_mis": mis} for mis in ("BALANCE", "PAIRWISE", "CONTRIBUTION")},
+    **{f"spatial {mis}": SPATIAL | {"mis": mis} for mis in ("BALANCE", "PAIRWISE", "CONTRIBUTION")},
     **{
-        f"spatial {mis} shaded": SPATIAL | {"restir_mis": mis, "restir_visibility": "SHADED"}
+        f"spatial {mis} shaded": SPATIAL | {"mis": mis, "visibility": "SHADED"}
         for mis in ("BALANCE", "PAIRWISE", "DEFENSIVE", "CONTRIBUTION")
     },
-    "temporal BALANCE": REUSE["temporal"] | {"restir_mis": "BALANCE"},
-    "both BALANCE": BOTH | {"restir_mis": "BALANCE"},
-    "both BALANCE, cap 1": BOTH | {"restir_mis": "BALANCE", "restir_confidence_cap": 1.0},
-    "both, cap 1": BOTH | {"restir_confidence_cap": 1.0},
-    "both, shaded": BOTH | {"restir_visibility": "SHADED"},
-    "two rounds": SPATIAL | {"restir_rounds": 2},
+    "temporal BALANCE": REUSE["temporal"] | {"mis": "BALANCE"},
+    "both BALANCE": BOTH | {"mis": "BALANCE"},
+    "both BALANCE, cap 1": BOTH | {"mis": "BALANCE", "confidence_cap": 1.0},
+    "both, cap 1": BOTH | {"confidence_cap": 1.0},
+    "both, shaded": BOTH | {"visibility": "SHADED"},
+    "two rounds": SPATIAL | {"rounds": 2},
+    "pairs": SPATIAL | {"pattern": "PAIRS"},
+    "pairs, shaded, two rounds": SPATIAL | {"pattern": "PAIRS", "visibility": "SHADED", "rounds": 2},
 }
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_weights_keep_the_mean(kind, lit):
     scene, reference = lit("all")
-    z = check(direct(scene, integrator="RESTIR", **KINDS[kind]), reference, kind)
+    z = check(direct(scene, **reusing(KINDS[kind])), reference, kind)
     assert z.mean() < 1.1 and (z > 3.0).sum() <= 2  # of 64 blocks
 
 
 def test_weights_by_confidence_darken(lit):
     """1/M in place of MIS weights, the error that all of the above have to find."""
     scene, reference = lit("all")
-    off, error, _ = compare(direct(scene, integrator="RESTIR", **SPATIAL | {"restir_mis": "CONFIDENCE"}), reference)
+    off, error, _ = compare(direct(scene, **reusing(SPATIAL | {"mis": "CONFIDENCE"})), reference)
     assert off[3] < -4.0 * error[3] and off[3] < -0.01
 
 
 def test_the_light_of_all_bounces_is_that_of_path():
     scene = picture_scene("world")
     path = direct(scene, PATH_SAMPLES, integrator="PATH", max_bounces=12)
-    check(direct(scene, integrator="RESTIR", max_bounces=12, **SPATIAL), path, "all bounces")
+    check(direct(scene, max_bounces=12, **reusing(SPATIAL)), path, "all bounces")

@@ -7,6 +7,7 @@ import pytest
 
 from restir_engine import session as sessions
 from restir_engine.integrators.restir.integrator import RestirIntegrator
+from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene.lamps import area_lamp
 from restir_engine.scene.warnings import Warnings
 from restir_engine.session import Session
@@ -16,7 +17,7 @@ from testing.scenes.rooms import Builder, diffuse, look, picture_scene, render, 
 from testing.scenes.shapes import QUAD
 
 SIZE = 72  # pixels: nine tiles, not all of the same size
-REUSE = {"integrator": "RESTIR", "restir_temporal": True, "restir_rounds": 2, "seed": 3}
+REUSE = {"integrator": "RESTIR", "reuse": ReuseSettings(temporal=True, rounds=2), "seed": 3}
 
 
 @pytest.fixture(scope="module")
@@ -98,8 +99,8 @@ def test_the_pass_is_the_mean_of_the_frames(shadows, monkeypatch, by_channel):
         seen.append(self.visibility())
 
     monkeypatch.setattr(RestirIntegrator, "_finish", finish)
-    options = {"restir_visibility": "ESTIMATED", "restir_by_channel": by_channel}
-    image, warnings = visibility_pass(shadows, samples=4, integrator="RESTIR", **options)
+    reuse = ReuseSettings(visibility="ESTIMATED", by_channel=by_channel)
+    image, warnings = visibility_pass(shadows, samples=4, integrator="RESTIR", reuse=reuse)
     assert not warnings and len(seen) == 4
     np.testing.assert_allclose(image[..., :3], np.nan_to_num(np.stack(seen)).mean(0), rtol=1e-5, atol=1e-7)
     np.testing.assert_allclose(image[..., 3], np.isfinite(np.stack(seen)).mean((0, 3)), rtol=1e-5)
@@ -107,8 +108,8 @@ def test_the_pass_is_the_mean_of_the_frames(shadows, monkeypatch, by_channel):
 
 def test_the_pass_shows_shadows_by_channel(shadows):
     """Under the lamp of one colour, where the card hides the other: V̄ by channel of the same light's places."""
-    options = {"restir_visibility": "ESTIMATED", "restir_by_channel": True, "restir_light_samples": 8}
-    image, _ = visibility_pass(shadows, samples=16, integrator="RESTIR", **options)
+    reuse = ReuseSettings(visibility="ESTIMATED", by_channel=True, light_samples=8)
+    image, _ = visibility_pass(shadows, samples=16, integrator="RESTIR", reuse=reuse)
     v = image[..., :3] / np.maximum(image[..., 3:], 1e-6)
     assert image.min() >= 0.0 and image.max() <= 1.0 + 1e-6
     difference = v[..., 0] - v[..., 2]

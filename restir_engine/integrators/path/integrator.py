@@ -6,19 +6,19 @@ from functools import partial
 
 import numpy as np
 
-from ...context import FrameContext
-from ...film import Film
 from ...kernels.core import rng
 from ...kernels.core.jit import kernel
 from ...kernels.core.memory import address
+from ...kernels.core.records import CAMERA, FILM, INTEGRATOR, SCENE
 from ...kernels.path.state import GOES_ON, start_path
-from ...settings import RenderSettings
 from ..base import Integrator, Stage, Tile
 from .trace import trace_path
 
 
 @kernel
-def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_sample, samples):
+def render_tile(
+    scene: SCENE, camera: CAMERA, integrator: INTEGRATOR, film: FILM, scratch, x0, y0, x1, y1, first_sample, samples
+):
     """Add `samples` samples to each pixel of a tile; returns the number of paths."""
     for y in range(y0, y1):
         for x in range(x0, x1):
@@ -33,11 +33,9 @@ def render_tile(scene, camera, integrator, film, scratch, x0, y0, x1, y1, first_
 class PathIntegrator(Integrator):
     """The PATH kernel with a scene, settings and a film."""
 
-    def __init__(
-        self, context: FrameContext, settings: RenderSettings, film: Film, history: object | None = None
-    ) -> None:
-        super().__init__(context, settings, film, history)
-        self._render((0, 0, 0, 0), self.scratch(), 0, 0)  # compiles, or loads from the cache
+    def kernels(self) -> list:
+        """The one that renders a tile."""
+        return [render_tile]
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """One: all samples of a tile at once."""

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...kernels.core.memory import address, record_at
 from ...kernels.core.records import CAMERA, CLOSURE, PATH, SHADING_POINT
-from .reservoir import RESERVOIR, UNKNOWN
 
 HIT = np.dtype(  # of a ray, as kernels.geometry.intersect tells it
     [("instance", np.int32), ("primitive", np.int32), ("t", np.float32), ("u", np.float32), ("v", np.float32)]
@@ -35,16 +34,28 @@ FRAME = np.dtype(
 TILE = 32  # pixels: closures of so many by so many pixels lie in one pool
 
 hit_at = record_at(HIT)
+frame_at = record_at(FRAME)
 
 
 class Frame:
-    """Owner of what FRAME points to; a sequence has one `mean_visibilities`, float32 (height, width, 4)."""
+    """Owner of what FRAME points to; a sequence has one `mean_visibilities`, float32 (height, width, 4).
 
-    def __init__(self, width: int, height: int, channels: int, mean_visibilities: np.ndarray, layers: int = 1) -> None:
+    reservoir: dtype of the technique's reservoirs, of which there are so many layers.
+    """
+
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        channels: int,
+        mean_visibilities: np.ndarray,
+        reservoir: np.dtype,
+        layers: int = 1,
+    ) -> None:
         self.points = np.zeros((height, width), SHADING_POINT)
         self.points["instance"] = -1
         self.paths = np.zeros((height, width), PATH)
-        self._reservoirs = [np.zeros((layers, height, width), RESERVOIR) for _ in range(2)]
+        self._reservoirs = [np.zeros((layers, height, width), reservoir) for _ in range(2)]
         self.pixels = np.zeros((height, width, channels), np.float32)
         self.hits = np.zeros((height, width), HIT)
         self.light = np.zeros((height, width, 9), np.float32)
@@ -74,13 +85,6 @@ class Frame:
         if turn:
             self._reservoirs.reverse()
         self._record[0]["reservoirs"], self._record[0]["reused"] = map(address, self._reservoirs)
-
-    def visibility(self) -> np.ndarray:
-        """V̄ of the samples by channel: a copy (height, width, 3), NaN where no shadow ray has been traced."""
-        v = self.reservoirs["visibility"]
-        known = v[..., :1] != UNKNOWN
-        v = np.where(known, v, np.nan)
-        return v[0] if len(v) == 1 else np.stack([v[c, :, :, c] for c in range(3)], -1)
 
     def pool(self, tile: tuple[int, int, int, int], closures: int) -> np.ndarray:
         """Room for the closures of a tile's pixels, of at least that many."""

@@ -12,13 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...kernels.core.jit import device, inlined
-from ...kernels.core.memory import address, load_i32, load_u32
+from ...kernels.core.memory import address, load_i32, load_u32, record_at
 from ...kernels.core.records import (
     LIGHT_DELTA,
     LIGHT_ELLIPSE,
     LIGHT_SPHERE,
-    POINT_ON_LAMP,
-    POINT_ON_WORLD,
     instance_at,
     mesh_at,
 )
@@ -37,6 +35,7 @@ MOTION = np.dtype(
         ("lamp_after", np.int64),
     ]
 )
+motion_at = record_at(MOTION)
 
 
 class Motion:
@@ -119,25 +118,27 @@ def _look_up(table, index):
 
 
 @inlined
-def _source(instances, lamps, source, primitive):
-    if primitive == POINT_ON_WORLD:
-        return source
-    return _look_up(lamps if primitive == POINT_ON_LAMP else instances, source)
+def instance_before(motion, instance):
+    """The instance in the frame before; -1: it was not there."""
+    return _look_up(motion.instance_before, instance)
 
 
 @inlined
-def source_before(motion, source, primitive):
-    """The source of a light's point (kernels.lights.points) in the frame before; -1: that light was not there.
-
-    The other coordinates stay, and the Jacobian is 1: they are measured by shares of the light.
-    """
-    return _source(motion.instance_before, motion.lamp_before, source, primitive)
+def instance_now(motion, instance):
+    """The instance now of one of the frame before; the inverse of `instance_before`."""
+    return _look_up(motion.instance_after, instance)
 
 
 @inlined
-def source_now(motion, source, primitive):
-    """The source now of a light's point of the frame before; the inverse of `source_before`."""
-    return _source(motion.instance_after, motion.lamp_after, source, primitive)
+def lamp_before(motion, lamp):
+    """The lamp in the frame before; -1: it was not there."""
+    return _look_up(motion.lamp_before, lamp)
+
+
+@inlined
+def lamp_now(motion, lamp):
+    """The lamp now of one of the frame before; the inverse of `lamp_before`."""
+    return _look_up(motion.lamp_after, lamp)
 
 
 @device
@@ -146,7 +147,7 @@ def place_before(scene, before, motion, sp):
 
     n: the shading normal now, turned as the object has turned; what deformation does to it is left out.
     """
-    instance = _look_up(motion.instance_before, sp.instance)
+    instance = instance_before(motion, sp.instance)
     if instance < 0:
         return instance, vec(sp.p), vec(sp.n)
     placed = instance_at(before.instances, instance)

@@ -7,7 +7,6 @@ import math
 
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined
-from ...kernels.core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA
 from ...kernels.core.vec import dot, sub
 
 # Dimension of the random numbers; keys are the pixel's own.
@@ -24,18 +23,6 @@ def disk_neighbour(key, index, x, y, radius):
     r = radius * math.sqrt(u)
     angle = 2.0 * math.pi * v
     return x + math.floor(r * math.cos(angle) + 0.5), y + math.floor(r * math.sin(angle) + 0.5)
-
-
-@device
-def pixel_radius(camera, distance, radius):
-    """How many pixels a length `radius` spans at that distance from the camera (perspective: along its axis)."""
-    if camera.kind == CAMERA_PANORAMA:
-        per_pixel = distance * (camera.panorama[1] - camera.panorama[0]) / camera.width
-    else:
-        per_pixel = (camera.screen[1] - camera.screen[0]) / camera.width
-        if camera.kind != CAMERA_ORTHOGRAPHIC:
-            per_pixel *= distance
-    return radius / max(abs(per_pixel), 1.0e-12)
 
 
 @device

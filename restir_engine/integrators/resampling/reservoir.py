@@ -1,64 +1,66 @@
 """The reservoir: one sample with its unbiased contribution weight, 64 bytes a pixel, and weighted selection.
 
-The first 32 bytes are the sample itself and belong to the technique; the others are what resampling works with.
+A header, with which resampling works, and behind it the SAMPLE of the technique whose reservoir it is.
 """
 
 import numpy as np
 
 from ...kernels.core.jit import device, inlined
-from ...kernels.core.memory import load_i64, record_at, store_i64
+from ...kernels.core.memory import copy_words, record_at
 
-RESERVOIR = np.dtype(
+HEADER = np.dtype(
     [
-        # A point of a light as kernels.lights.points has it; what is not needed is 0.
-        ("source", np.int32),  # the lamp, or the instance of an emissive triangle
-        ("primitive", np.int32),  # of that instance, or POINT_ON_LAMP, POINT_ON_WORLD; NOTHING: no sample
-        ("u", np.float32),
-        ("v", np.float32),
-        ("seed", np.int32),  # of the numbers that made the sample: its identity
-        ("age", np.int32),  # frames since the sample was made
-        ("spare", np.int32, (2,)),
-        # Resampling:
         ("contribution_weight", np.float32),  # W, an unbiased estimate of 1/pdf; 0: a null sample
         ("confidence", np.float32),  # how many independent samples it is worth
-        ("target", np.float32),  # p̂ of the sample in its own pixel
-        ("bsdf_ratio", np.float32),  # p_bsdf / p_lights of the one kept, while candidates are drawn
-        ("visibility", np.float32, (3,)),  # V̄, by colour channel or three times the same
-        ("padding", np.int32),
+        ("target", np.float32),  # p̂ of the sample in its own domain
+        ("seed", np.int32),  # of the numbers that made the sample: its identity, which all copies share
+        ("technique", np.int16),  # TECHNIQUE.id: whose SAMPLE follows
+        ("flags", np.int16),  # of the technique
     ]
 )
-SAMPLE_BYTES = 32
-NOTHING = -3  # in place of a primitive
-UNKNOWN = -1.0  # in place of visibility[0]: no shadow ray has been traced for the sample at its pixel
+RESERVOIR_BYTES = 64
+SAMPLE_BYTES = RESERVOIR_BYTES - HEADER.itemsize
+
+
+def reservoir_dtype(sample: np.dtype) -> np.dtype:
+    """The reservoir of a technique: the header and the fields of its SAMPLE, in 64 bytes.
+
+    Raises ValueError where the sample is larger than what the header leaves.
+    """
+    if sample.itemsize > SAMPLE_BYTES:
+        raise ValueError(f"a sample has {SAMPLE_BYTES} bytes at most, not {sample.itemsize}")
+    start = HEADER.itemsize
+    parts = [(dtype, name, 0) for dtype, name in ((HEADER, n) for n in HEADER.names)]
+    parts += [(sample, name, start) for name in sample.names]
+    return np.dtype(
+        {
+            "names": [name for _, name, _ in parts],
+            "formats": [dtype.fields[name][0] for dtype, name, _ in parts],
+            "offsets": [dtype.fields[name][1] + offset for dtype, name, offset in parts],
+            "itemsize": RESERVOIR_BYTES,
+        }
+    )
+
+
+RESERVOIR = reservoir_dtype(np.dtype([]))  # of whatever technique
 
 reservoir_at = record_at(RESERVOIR)
 
 
 @inlined
-def copy_sample(to, source):
-    """Copy the sample of the reservoir at address `source` to the one at address `to`; W and the rest stay."""
-    store_i64(to, 0, load_i64(source, 0))
-    store_i64(to, 1, load_i64(source, 1))
-    store_i64(to, 2, load_i64(source, 2))
-    store_i64(to, 3, load_i64(source, 3))
+def copy_reservoir(to, source):
+    """Copy the reservoir at the address `source` to the address `to`."""
+    copy_words(to, source, RESERVOIR_BYTES // 8)
 
 
 @inlined
 def clear(reservoir, confidence):
     """Make a null sample of that confidence: nothing was found, and that counts."""
-    reservoir.source = -1
-    reservoir.primitive = NOTHING
-    reservoir.u = 0.0
-    reservoir.v = 0.0
-    reservoir.seed = 0
-    reservoir.age = 0
     reservoir.contribution_weight = 0.0
     reservoir.confidence = confidence
     reservoir.target = 0.0
-    reservoir.bsdf_ratio = 0.0
-    reservoir.visibility[0] = UNKNOWN
-    reservoir.visibility[1] = 0.0
-    reservoir.visibility[2] = 0.0
+    reservoir.seed = 0
+    reservoir.flags = 0
 
 
 @inlined

@@ -1,107 +1,162 @@
-"""Spatial reuse: a pixel resamples its own sample with those of a few neighbours on surfaces like its own."""
+"""Spatial reuse: a pixel resamples its own sample with those of a few others on surfaces like its own.
+
+DISK takes neighbours by chance from a disk; two shifts a neighbour, there and back. PAIRS takes partners, whose two
+shifts are computed once for both (`pairing`): first every pixel of the tile shifts its partners' samples to itself,
+then every pixel finds in the table also what its own sample is worth to them.
+"""
 
 from ...kernels.core import rng
-from ...kernels.core.jit import device, kernel
-from ...kernels.core.memory import load_i64, store_i64
+from ...kernels.core.jit import device, inlined, kernel
+from ...kernels.core.records import INTEGRATOR, SCENE
 from ...kernels.core.vec import vec
-from ..techniques.direct.shift import (
-    RESERVOIR_BYTES,
-    WORK_PIXEL,
-    WORK_RESERVOIR,
-    WORK_SOURCE,
+from .candidates import (
     WORK_TABLE,
-    leave_light,
+    domain_of,
+    point_at,
     put_canonical,
+    put_from_domain,
     put_shifted,
+    resample,
     reservoirs_of,
-    settle,
-    target_at,
+    shifted_of,
 )
-from ..techniques.direct.target import point_at
-from .mis import CONTRIBUTION
-from .neighbours import disk_neighbour, pixel_radius, similar
-from .resample import MAX_CANDIDATES, choose, contribution_of, needs_from, put_from, weigh
-from .reservoir import clear, reservoir_at
+from .frame import FRAME
+from .mis import BALANCE
+from .neighbours import disk_neighbour, similar
+from .options import PAIRS, REUSE
+from .pairing import block_of, pair_mask
+from .resample import MAX_CANDIDATES, contribution_of, needs_from, put_from
+from .reservoir import RESERVOIR_BYTES, clear, reservoir_at
+from .technique import NOW, SHIFTED_BYTES, copy_shifted, domain_at, set_domain, shift, target_from
 
 STREAM = 2  # of random numbers; with the round it makes the key
 DIM_CHOICE = 1
 
 
 @kernel
-def spatial_tile(scene, camera, integrator, frame, reuse, scratch, x0, y0, x1, y1, turn, last):
+def spatial_tile(
+    scene: SCENE, integrator: INTEGRATOR, frame: FRAME, reuse: REUSE, pairs, scratch, x0, y0, x1, y1, turn, last
+):
     """One round of spatial reuse from frame.reservoirs to frame.reused for the pixels of a tile.
 
-    turn: which round it is; last: whether it is the last reuse of the frame, after which frame.light is what lights.
+    pairs: SHIFTED [reuse.neighbours] for each pixel of the tile, working memory of PAIRS; turn: which round it is;
+    last: whether it is the last reuse of the frame, after which frame.light is what lights.
     """
+    start = reservoirs_of(frame, reuse, frame.reservoirs)
+    to = reservoirs_of(frame, reuse, frame.reused)
+    count = min(reuse.neighbours, MAX_CANDIDATES - 1)
+    for i in range(count + 1):
+        set_domain(domain_at(domain_of(scratch, i), 0), scene, integrator, frame, 0, reuse, scratch, NOW)
+    if reuse.pattern == PAIRS:
+        for y in range(y0, y1):
+            for x in range(x0, x1):
+                at = _pairs_of(pairs, count, x, y, x0, y0, x1)
+                _shift_partners(frame, reuse, scratch, start, x, y, turn, count, at)
     for y in range(y0, y1):
         for x in range(x0, x1):
             pixel = y * frame.width + x
+            if point_at(frame, pixel).instance < 0:
+                clear(reservoir_at(to, pixel), 0.0)
+                continue
+            domain_at(domain_of(scratch, 0), 0).pixel = pixel
+            put_canonical(frame, scratch, pixel, start + RESERVOIR_BYTES * pixel)
             key = rng.key(reuse.seed, x, y, STREAM + 16 * turn)
-            _reuse_pixel(scene, camera, integrator, frame, reuse, scratch, pixel, x, y, key, last)
+            if reuse.pattern == PAIRS:
+                n = _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0, x1, y1)
+            else:
+                n = _put_neighbours(frame, reuse, scratch, start, x, y, key, count)
+            if reuse.mis == BALANCE:
+                _put_targets(reuse, scratch, n)
+            u = rng.sample1(key, 0, DIM_CHOICE)
+            resample(frame, reuse, scratch, n, reuse.mis, u, to + RESERVOIR_BYTES * pixel, n, last)
+
+
+@inlined
+def _pairs_of(pairs, count, x, y, x0, y0, x1):
+    """The address of SHIFTED [count] of a pixel of the tile."""
+    return pairs + SHIFTED_BYTES * count * ((y - y0) * (x1 - x0) + x - x0)
+
+
+@inlined
+def _suits(frame, reuse, pixel, x, y):
+    """Whether the pixel (x, y) is on the film and shows a surface like that of `pixel`, another one; symmetric."""
+    if x < 0 or y < 0 or x >= frame.width or y >= frame.height or y * frame.width + x == pixel:
+        return False
+    sp = point_at(frame, pixel)
+    op = point_at(frame, y * frame.width + x)
+    return op.instance >= 0 and similar(
+        vec(sp.p), vec(sp.n), sp.material, sp.t, vec(op.p), vec(op.n), op.material, op.t, reuse.min_cosine,
+        reuse.max_depth,
+    )  # fmt: skip
 
 
 @device
-def _reuse_pixel(scene, camera, integrator, frame, reuse, scratch, pixel, x, y, key, last):
-    start = reservoirs_of(frame, reuse, frame.reservoirs)
-    to = reservoirs_of(frame, reuse, frame.reused) + RESERVOIR_BYTES * pixel
-    sp = point_at(frame, pixel)
-    if sp.instance < 0:
-        clear(reservoir_at(to, 0), 0.0)
-        return
-    table = scratch + WORK_TABLE
-    put_canonical(frame, scratch, pixel, start + RESERVOIR_BYTES * pixel)
-    n = _gather(scene, camera, integrator, frame, reuse, scratch, start, pixel, x, y, key)
-    for i in range(n):
-        if contribution_of(table, i) > 0.0:
-            for j in range(1, n):
-                if needs_from(reuse.mis, i, j):
-                    _fill_from(scene, integrator, frame, reuse, scratch, i, j)
-    total = weigh(table, n, reuse.mis)
-    chosen = choose(table, n, total, rng.sample1(key, 0, DIM_CHOICE))
-    if reuse.mis == CONTRIBUTION and chosen >= 0:
-        for j in range(1, n):
-            _fill_from(scene, integrator, frame, reuse, scratch, chosen, j)
-    settle(reuse, scratch, n, reuse.mis, total, chosen, to)
-    leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, reuse.mis, chosen, to, last, n)
-
-
-@device
-def _gather(scene, camera, integrator, frame, reuse, scratch, start, pixel, x, y, key):
-    """Put the samples of accepted neighbours into the table; the number of candidates."""
-    sp = point_at(frame, pixel)
-    radius = reuse.radius
-    if reuse.world_radius > 0.0:
-        radius = max(2.0, min(radius, pixel_radius(camera, sp.t, reuse.world_radius)))
+def _put_neighbours(frame, reuse, scratch, start, x, y, key, count):
+    """Put the samples of accepted neighbours from a disk into the table; the number of candidates."""
+    pixel = y * frame.width + x
     n = 1
-    for index in range(min(reuse.neighbours, MAX_CANDIDATES - 1)):
-        nx, ny = disk_neighbour(key, index, x, y, radius)
-        if nx < 0 or ny < 0 or nx >= frame.width or ny >= frame.height:
+    for index in range(count):
+        nx, ny = disk_neighbour(key, index, x, y, reuse.radius)
+        if _suits(frame, reuse, pixel, nx, ny):
+            other = ny * frame.width + nx
+            domain_at(domain_of(scratch, n), 0).pixel = other
+            at = start + RESERVOIR_BYTES * other
+            shift(reuse, domain_of(scratch, n), domain_of(scratch, 0), at, shifted_of(scratch, n))
+            put_shifted(scratch, n, at, float(reservoir_at(at, 0).confidence))
+            n += 1
+    # PAIRWISE and DEFENSIVE: what the pixel's own sample is worth to its neighbours.
+    if needs_from(reuse.mis, 0, 1) and contribution_of(scratch + WORK_TABLE, 0) > 0.0:
+        for j in range(1, n):
+            put_from_domain(reuse, scratch, 0, j)
+    return n
+
+
+@device
+def _shift_partners(frame, reuse, scratch, start, x, y, turn, count, shifted):
+    """Shift the samples of a pixel's partners to it: SHIFTED [count] at the address `shifted`."""
+    pixel = y * frame.width + x
+    if point_at(frame, pixel).instance < 0:
+        return
+    block = block_of(reuse.radius)
+    for index in range(count):
+        mx, my = pair_mask(reuse.seed, turn, index, count, block)
+        if _suits(frame, reuse, pixel, x ^ mx, y ^ my):
+            other = (y ^ my) * frame.width + (x ^ mx)
+            domain_at(domain_of(scratch, 0), 0).pixel = pixel
+            domain_at(domain_of(scratch, 1), 0).pixel = other
+            at = start + RESERVOIR_BYTES * other
+            shift(reuse, domain_of(scratch, 1), domain_of(scratch, 0), at, shifted + SHIFTED_BYTES * index)
+
+
+@device
+def _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0, x1, y1):
+    """Put partners' samples into the table, and what the pixel's own is worth to them; the number of candidates."""
+    pixel = y * frame.width + x
+    block = block_of(reuse.radius)
+    n = 1
+    for index in range(count):
+        mx, my = pair_mask(reuse.seed, turn, index, count, block)
+        px, py = x ^ mx, y ^ my
+        if not _suits(frame, reuse, pixel, px, py):
             continue
-        other = ny * frame.width + nx
-        op = point_at(frame, other)
-        if other == pixel or op.instance < 0:
-            continue
-        if not similar(
-            vec(sp.p), vec(sp.n), sp.material, sp.t, vec(op.p), vec(op.n), op.material, op.t, reuse.min_cosine,
-            reuse.max_depth,
-        ):  # fmt: skip
-            continue
-        at = start + RESERVOIR_BYTES * other
-        r = reservoir_at(at, 0)
-        far = (nx - x) ** 2 + (ny - y) ** 2 >= reuse.near * reuse.near
-        put_shifted(scene, integrator, frame, reuse, scratch, sp, pixel, n, at, int(r.source), float(r.confidence), far)
-        store_i64(scratch + WORK_PIXEL, n, other)
+        domain_at(domain_of(scratch, n), 0).pixel = py * frame.width + px
+        at = start + RESERVOIR_BYTES * (py * frame.width + px)
+        copy_shifted(shifted_of(scratch, n), pairs + SHIFTED_BYTES * (count * ((y - y0) * (x1 - x0) + x - x0) + index))
+        put_shifted(scratch, n, at, float(reservoir_at(at, 0).confidence))
+        if x0 <= px < x1 and y0 <= py < y1:
+            theirs = _pairs_of(pairs, count, px, py, x0, y0, x1) + SHIFTED_BYTES * index
+            put_from(scratch + WORK_TABLE, 0, n, target_from(theirs))
+        elif contribution_of(scratch + WORK_TABLE, 0) > 0.0:  # the pair's other half is another tile's
+            put_from_domain(reuse, scratch, 0, n)
         n += 1
     return n
 
 
 @device
-def _fill_from(scene, integrator, frame, reuse, scratch, i, j):
-    """p̂_{←j} of candidate i: what pixel j would have of the sample; of its own it knows it."""
-    r = reservoir_at(load_i64(scratch + WORK_RESERVOIR, i), 0)
-    value = float(r.target)
-    if i != j:
-        other = load_i64(scratch + WORK_PIXEL, j)
-        source = load_i64(scratch + WORK_SOURCE, i)
-        value = target_at(scene, integrator, frame, reuse, scratch, point_at(frame, other), other, r, source)
-    put_from(scratch + WORK_TABLE, i, j, value)
+def _put_targets(reuse, scratch, n):
+    """What the sample of each neighbour is worth to the others."""
+    for i in range(1, n):
+        if contribution_of(scratch + WORK_TABLE, i) > 0.0:
+            for j in range(1, n):
+                if i != j:
+                    put_from_domain(reuse, scratch, i, j)

@@ -2,30 +2,34 @@
 
 The history is at most worth `confidence_cap` frames, and nothing where the surface cannot be found again: decided by
 points and normals, never by samples. For the MIS weights the frame before is asked with its own scene, lights, vertices
-and shadows, without which light that has moved is counted wrongly (HISTORY_TARGET).
+and shadows, without which light that has moved is counted wrongly (history_target BEFORE).
 """
 
 from ...kernels.core import rng
 from ...kernels.core.jit import device, kernel
+from ...kernels.core.memory import record_address
+from ...kernels.core.records import CAMERA, INTEGRATOR, SCENE
 from ...kernels.core.vec import vec
 from ...kernels.path.state import FAR
-from ..techniques.direct.shift import (
-    RESERVOIR_BYTES,
+from .candidates import (
     WORK_TABLE,
-    leave_light,
+    domain_of,
+    point_at,
     put_canonical,
+    put_from_domain,
     put_shifted,
+    resample,
     reservoirs_of,
-    settle,
-    target_at,
+    shifted_of,
 )
-from ..techniques.direct.target import point_at
+from .frame import FRAME
 from .mis import BALANCE, CONTRIBUTION
-from .motion import pixel_before, place_before, source_before, source_now
+from .motion import MOTION, pixel_before, place_before
 from .neighbours import similar
-from .options import BEFORE
-from .resample import choose, contribution_of, needs_from, put_from, weigh
-from .reservoir import clear, reservoir_at
+from .options import OF_NOW, REUSE
+from .resample import contribution_of, needs_from
+from .reservoir import RESERVOIR_BYTES, clear, reservoir_at
+from .technique import BEFORE, NOW, domain_at, set_domain, shift
 
 STREAM = 1
 DIM_CHOICE = 1
@@ -34,69 +38,54 @@ SEARCH = 5  # pixels looked at for the surface: the one it should be at, and its
 
 @kernel
 def temporal_tile(
-    scene, camera, integrator, frame, scene_before, camera_before, integrator_before, before, motion, reuse, scratch,
-    x0, y0, x1, y1, last,
+    scene: SCENE, camera: CAMERA, integrator: INTEGRATOR, frame: FRAME, scene_before: SCENE, camera_before: CAMERA,
+    integrator_before: INTEGRATOR, before: FRAME, motion: MOTION, reuse: REUSE, scratch, x0, y0, x1, y1, last,
 ):  # fmt: skip
     """Temporal reuse from frame.reservoirs and before.reservoirs to frame.reused for the pixels of a tile.
 
     scene_before, camera_before, integrator_before, before: of the frame before, whose points, paths and last reservoirs
     are still there; last: whether no spatial reuse follows, so that frame.light is what lights.
     """
-    for y in range(y0, y1):
-        for x in range(x0, x1):
-            there = find_before(scene, camera, frame, scene_before, camera_before, before, motion, reuse, x, y)
-            key = rng.key(reuse.seed, x, y, STREAM)
-            pixel = y * frame.width + x
-            _reuse_pixel(
-                scene, integrator, frame, scene_before, integrator_before, before, motion, reuse, scratch, pixel, there,
-                key, last,
-            )  # fmt: skip
-
-
-@device
-def _reuse_pixel(
-    scene, integrator, frame, scene_before, integrator_before, before, motion, reuse, scratch, pixel, there, key, last
-):
-    to = reservoirs_of(frame, reuse, frame.reused) + RESERVOIR_BYTES * pixel
-    sp = point_at(frame, pixel)
-    if sp.instance < 0:
-        clear(reservoir_at(to, 0), 0.0)
-        return
-    table = scratch + WORK_TABLE
-    own = reservoirs_of(frame, reuse, frame.reservoirs) + RESERVOIR_BYTES * pixel
-    put_canonical(frame, scratch, pixel, own)
-    n = 1
+    links = record_address(motion)
+    now = domain_at(domain_of(scratch, 0), 0)
+    then = domain_at(domain_of(scratch, 1), 0)
+    set_domain(now, scene, integrator, frame, links, reuse, scratch, NOW)
+    set_domain(then, scene_before, integrator_before, before, links, reuse, scratch, BEFORE)
+    own = reservoirs_of(frame, reuse, frame.reservoirs)
+    theirs = reservoirs_of(before, reuse, before.reservoirs)
+    to = reservoirs_of(frame, reuse, frame.reused)
     kind = reuse.mis
     if kind == CONTRIBUTION:
         kind = BALANCE  # of two candidates it asks no more
-    if there >= 0:
-        at = reservoirs_of(before, reuse, before.reservoirs) + RESERVOIR_BYTES * there
-        r = reservoir_at(at, 0)
-        source = -1
-        if r.contribution_weight > 0.0:
-            source = source_now(motion, int(r.source), int(r.primitive))
-        confidence = min(float(r.confidence), reuse.confidence_cap)
-        put_shifted(scene, integrator, frame, reuse, scratch, sp, pixel, 1, at, source, confidence, False)
-        n = 2
-        if needs_from(kind, 1, 1):
-            put_from(table, 1, 1, float(r.target))
-        if needs_from(kind, 0, 1) and contribution_of(table, 0) > 0.0:
-            value = _target_before(
-                scene, integrator, scene_before, integrator_before, before, motion, reuse, scratch, own, there
-            )
-            put_from(table, 0, 1, value)
-    total = weigh(table, n, kind)
-    chosen = choose(table, n, total, rng.sample1(key, 0, DIM_CHOICE))
-    settle(reuse, scratch, n, kind, total, chosen, to)
-    leave_light(scene, integrator, frame, reuse, scratch, sp, pixel, n, kind, chosen, to, last, 1)
+    for y in range(y0, y1):
+        for x in range(x0, x1):
+            pixel = y * frame.width + x
+            if point_at(frame, pixel).instance < 0:
+                clear(reservoir_at(to, pixel), 0.0)
+                continue
+            now.pixel = pixel
+            put_canonical(frame, scratch, pixel, own + RESERVOIR_BYTES * pixel)
+            there = find_before(scene, camera, frame, scene_before, camera_before, before, motion, reuse, x, y)
+            n = 1
+            if there >= 0:
+                then.pixel = there
+                at = theirs + RESERVOIR_BYTES * there
+                shift(reuse, domain_of(scratch, 1), domain_of(scratch, 0), at, shifted_of(scratch, 1))
+                put_shifted(scratch, 1, at, min(float(reservoir_at(at, 0).confidence), reuse.confidence_cap))
+                n = 2
+                if needs_from(kind, 0, 1) and contribution_of(scratch + WORK_TABLE, 0) > 0.0:
+                    if reuse.history_target == OF_NOW:
+                        set_domain(then, scene, integrator, before, links, reuse, scratch, NOW)
+                    put_from_domain(reuse, scratch, 0, 1)
+                    set_domain(then, scene_before, integrator_before, before, links, reuse, scratch, BEFORE)
+            u = rng.sample1(rng.key(reuse.seed, x, y, STREAM), 0, DIM_CHOICE)
+            resample(frame, reuse, scratch, n, kind, u, to + RESERVOIR_BYTES * pixel, 1, last)
 
 
 @device
 def find_before(scene, camera, frame, scene_before, camera_before, before, motion, reuse, x, y):
     """The pixel of the frame before that shows the surface that is at pixel (x, y) now; -1: none."""
     sp = point_at(frame, y * frame.width + x)
-    if sp.instance < 0:
-        return -1
     instance, p, n = place_before(scene, scene_before, motion, sp)
     if instance < 0:
         return -1
@@ -114,16 +103,3 @@ def find_before(scene, camera, frame, scene_before, camera_before, before, motio
         ):
             return pixel
     return -1
-
-
-@device
-def _target_before(scene, integrator, scene_before, integrator_before, before, motion, reuse, scratch, own, there):
-    """p̂ of the pixel's own sample at the pixel of the frame before."""
-    r = reservoir_at(own, 0)
-    op = point_at(before, there)
-    if reuse.history_target != BEFORE:
-        return target_at(scene, integrator, before, reuse, scratch, op, there, r, int(r.source))
-    source = source_before(motion, int(r.source), int(r.primitive))
-    if source < 0:
-        return 0.0
-    return target_at(scene_before, integrator_before, before, reuse, scratch, op, there, r, source)

@@ -3,7 +3,19 @@
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined, kernel
 from ...kernels.core.memory import copy_words, record_address
-from ...kernels.core.records import CLOSURE, PATH, SCRATCH_PATH, SHADING_POINT, closure_at, path_at, shading_point_at
+from ...kernels.core.records import (
+    CAMERA,
+    CLOSURE,
+    FILM,
+    INTEGRATOR,
+    PATH,
+    SCENE,
+    SCRATCH_PATH,
+    SHADING_POINT,
+    closure_at,
+    path_at,
+    shading_point_at,
+)
 from ...kernels.film.frame_pixels import clear_pixel
 from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
 from ...kernels.lobes import bsdf_has_eval
@@ -12,6 +24,7 @@ from ...kernels.path.state import ENDS, SHADES, start_path
 from ..path.scatter import bounce
 from ..path.trace import tile_point, trace_ray
 from ..path.vertex import arrive
+from ..resampling.frame import FRAME
 
 POINT_WORDS, PATH_WORDS, CLOSURE_BYTES = SHADING_POINT.itemsize // 8, PATH.itemsize // 8, CLOSURE.itemsize
 CLOSURE_WORDS = CLOSURE_BYTES // 8
@@ -41,7 +54,10 @@ def _first_vertex(scene, camera, integrator, film, scratch, path, sp):
 
 
 @kernel
-def gbuffer_tile(scene, camera, integrator, film, frame, pool, capacity, scratch, x0, y0, x1, y1, sample):
+def gbuffer_tile(
+    scene: SCENE, camera: CAMERA, integrator: INTEGRATOR, film: FILM, frame: FRAME, pool, capacity, scratch,
+    x0, y0, x1, y1, sample,
+):  # fmt: skip
     """Fill `points`, `paths` and `pixels` of a tile; closures go to `pool` (CLOSURE [capacity]).
 
     Returns how many closures there are. When there are more than the pool holds, call again with a larger one.

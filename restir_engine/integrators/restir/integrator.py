@@ -9,13 +9,18 @@ import numpy as np
 from ...context import FrameContext
 from ...film import Film
 from ...kernels.core.memory import address
+from ...kernels.lights.tiles import fill_tiles
 from ...scene.light_tiles import LightTiles, tile_count
 from ...settings import RenderSettings, carries_visibility
 from ..base import Integrator, Stage, Tile
 from ..resampling.frame import Frame
+from ..resampling.history import History
+from ..resampling.reuse import Reuse
 from ..techniques.direct.candidates import LAST, LAST_OF_FRAME, candidates_tile
+from ..techniques.direct.row import direct_technique
+from ..techniques.direct.sample import DIRECT_RESERVOIR
+from ..techniques.direct.visibility import visibility_of
 from .gbuffer import gbuffer_tile
-from .passes import NO_TILE, Passes, ReusePlan, plan_of
 from .shade import film_tile, shade_tile
 
 
@@ -27,36 +32,34 @@ def frame_seed(seed: int, sample: int) -> int:
 class RestirIntegrator(Integrator):
     """The kernels of RESTIR with a context, settings and a film.
 
-    plan: which reuse there is, where not as the settings say. history: the passes of the integrator of the frame
-    before, which go on here.
+    history: that of the integrator of the frame before, which goes on here where it serves these settings.
     """
 
     max_batch = 1
 
     def __init__(
-        self,
-        context: FrameContext,
-        settings: RenderSettings,
-        film: Film,
-        plan: ReusePlan | None = None,
-        history: Passes | None = None,
+        self, context: FrameContext, settings: RenderSettings, film: Film, history: History | None = None
     ) -> None:
-        tiles = LightTiles(context.scene, tile_count(film.width * film.height), candidates=settings.restir_candidates)
-        super().__init__(context.with_tiles(tiles), settings, film, history or Passes(plan or plan_of(settings)))
-        self.passes = self.history
+        options = settings.reuse
+        if history is None or not history.serves(options):
+            history = History(options)
+        count = tile_count(film.width * film.height)
+        tiles = LightTiles(context.scene, count, candidates=options.light_candidates)
+        super().__init__(context.with_tiles(tiles), settings, film, history)
+        self.reuse = Reuse(options, direct_technique(options))
         self.frame = self._new_frame()
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
-        self._exit_lights = settings.restir_exit_lights
-        scratch = self.scratch()
-        for stage in self.stages(0, 0):
-            stage.run(NO_TILE, scratch)  # compiles, or loads from the cache
-        self.passes.load(self, self.frame, scratch)
 
     def _new_frame(self) -> Frame:
         film = self.film
-        mean_visibilities = self.passes.mean_visibilities_of(film.width, film.height)
-        return Frame(film.width, film.height, film.pixels.shape[2], mean_visibilities, len(self.passes.reuse))
+        size = film.width, film.height
+        seen = self.history.mean_visibilities(*size)
+        return Frame(*size, film.pixels.shape[2], seen, DIRECT_RESERVOIR, len(self.reuse.records))
+
+    def kernels(self) -> list:
+        """The steps of a frame in their order, see `stages`."""
+        return [fill_tiles, gbuffer_tile, candidates_tile, *self.reuse.kernels(), shade_tile, film_tile]
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a frame."""
@@ -64,9 +67,8 @@ class RestirIntegrator(Integrator):
         if self.cache:
             self.cache.watch(self.frame.pixels)
         seed = frame_seed(self._seed, first_sample)
-        self.passes.use_seed(seed)
-        reuse = self.passes.stages(self.context, self.record, self.frame)
-        last = LAST_OF_FRAME if self.passes.plan.temporal else LAST
+        reuse = self.reuse.stages(self.context, self.record, self.frame, self.history, seed)
+        last = LAST_OF_FRAME if self.reuse.settings.temporal else LAST
         candidates = partial(self._candidates, 0 if reuse else last)
         tiles = [(tile, tile + 1) for tile in range(self.context.tiles.count)]
         fill = Stage(partial(self._fill_tiles, seed), tiles)
@@ -75,7 +77,7 @@ class RestirIntegrator(Integrator):
 
     def visibility(self) -> np.ndarray:
         """V̄ of the samples in the last finished frame by channel: (height, width, 3), NaN where unknown."""
-        return self._finished.visibility()
+        return visibility_of(self._finished.reservoirs)
 
     def _finish(self) -> None:
         """A finished frame is history to the next."""
@@ -86,12 +88,12 @@ class RestirIntegrator(Integrator):
             sums = self.film.sums("Visibility Estimate")
             sums[..., :3] += np.nan_to_num(v)
             sums[..., 3] += np.isfinite(v).mean(-1)
-        if self.passes.plan.temporal:
-            self.frame = self.passes.remember(self, self.frame) or self._new_frame()
+        if self.reuse.settings.temporal:
+            self.frame = self.history.remember(self, self.frame) or self._new_frame()
 
     def _fill_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
-        """Fill tiles [first, last); the constructor, which asks for an image tile, fills none."""
-        self.context.fill_tiles(seed, scratch, *tiles[:2])
+        """Fill tiles [first, last)."""
+        self.context.fill_tiles(seed, scratch, *tiles)
 
     def _gbuffer(self, tile: Tile, scratch: np.ndarray) -> None:
         context, frame = self.context, self.frame
@@ -106,14 +108,14 @@ class RestirIntegrator(Integrator):
                 return
 
     def _candidates(self, last: int, tile: Tile, scratch: np.ndarray) -> None:
-        frame, reuse = self.frame, self.passes.reuse
+        frame, reuse = self.frame, self.reuse.records
         layers = address(reuse), len(reuse)
         candidates_tile(self.context.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
 
     def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
         context = self.context
         args = (context.record, context.camera_record, self.record[0], self.film.record, self.frame.record)
-        shade_tile(*args, address(scratch), self._exit_lights, *tile)
+        shade_tile(*args, address(scratch), self.reuse.settings.exit_lights, *tile)
 
     def _film(self, tile: Tile, scratch: np.ndarray) -> None:
         film_tile(self.film.record, self.frame.record, *tile)

@@ -2,7 +2,16 @@
 
 from ...kernels.core.jit import inlined, kernel
 from ...kernels.core.memory import copy_words, record_address
-from ...kernels.core.records import SCRATCH_CLOSURES, SCRATCH_PATH, path_at, shading_point_at
+from ...kernels.core.records import (
+    CAMERA,
+    FILM,
+    INTEGRATOR,
+    SCENE,
+    SCRATCH_CLOSURES,
+    SCRATCH_PATH,
+    path_at,
+    shading_point_at,
+)
 from ...kernels.core.vec import mul, vec
 from ...kernels.film.contribute import contribute, lit
 from ...kernels.film.frame_pixels import add_pixels
@@ -12,8 +21,8 @@ from ...kernels.path.state import ARRIVES, COUNTED, GOES_ON
 from ...kernels.volume.calls import media_around
 from ..path.scatter import bounce
 from ..path.trace import tile_point, trace_path
-from ..resampling.frame import UNTRACED, hit_at
-from ..techniques.direct.target import load_light
+from ..resampling.candidates import load_light
+from ..resampling.frame import FRAME, UNTRACED, hit_at
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS
 
 
@@ -25,7 +34,10 @@ def _add_light(integrator, film, path, frame, pixel):
 
 
 @kernel
-def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, x0, y0, x1, y1):
+def shade_tile(
+    scene: SCENE, camera: CAMERA, integrator: INTEGRATOR, film: FILM, frame: FRAME, scratch, exit_lights,
+    x0, y0, x1, y1,
+):  # fmt: skip
     """Light the vertices of a tile and follow their paths on; exit_lights: see `trace_path`."""
     path = path_at(scratch + SCRATCH_PATH, 0)
     for y in range(y0, y1):
@@ -54,6 +66,6 @@ def shade_tile(scene, camera, integrator, film, frame, scratch, exit_lights, x0,
 
 
 @kernel
-def film_tile(film, frame, x0, y0, x1, y1):
+def film_tile(film: FILM, frame: FRAME, x0, y0, x1, y1):
     """Add the frame's pixels to the film's."""
     add_pixels(film, frame.pixels, x0, y0, x1, y1)

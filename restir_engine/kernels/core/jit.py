@@ -6,11 +6,14 @@ No fastmath, no inlining by Numba (`inline="always"`), no `parallel=True`: Numba
 Python threads enter at once, which a viewport beside a final render does.
 """
 
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Iterable
 from functools import cached_property
 
 import numba
+import numpy as np
 from numba.core import types
+from numba.np.numpy_support import from_dtype
 
 from . import cache
 
@@ -40,8 +43,16 @@ def _without_literals(dispatcher):
 
 
 def kernel(function):
-    """Compile a function that Python calls."""
+    """Compile a function that Python calls. A parameter annotated with a dtype is such a record, others are int64."""
     return _compile(function)
+
+
+def load(kernels: Iterable) -> None:
+    """Compile kernels for the parameters that they declare, or load them from the cache, before they are called."""
+    for one in kernels:
+        parameters = inspect.signature(one.py_func, eval_str=True).parameters.values()
+        declared = (p.annotation for p in parameters)
+        one.compile(tuple(from_dtype(d) if isinstance(d, np.dtype) else types.int64 for d in declared))
 
 
 def device(function):

@@ -25,6 +25,7 @@ from ..core.records import (
     POINT_NOWHERE,
     POINT_ON_LAMP,
     POINT_ON_WORLD,
+    SCENE,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_POINT,
     SCRATCH_TILE_WEIGHTS,
@@ -80,7 +81,7 @@ _UNSEEN, _LEAST = 0.05, 1e-6
 
 
 @kernel
-def fill_tiles(scene, scratch, seed, first, last):
+def fill_tiles(scene: SCENE, scratch, seed, first, last):
     """Draw the entries of tiles [first, last) anew; the same for any division of the tiles among threads."""
     table = light_table_at(scene.light_table, 0)
     tiles = light_tiles_at(table.tiles, 0)

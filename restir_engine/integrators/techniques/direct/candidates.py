@@ -24,6 +24,7 @@ from ....kernels.core import rng
 from ....kernels.core.jit import device, inlined, kernel
 from ....kernels.core.memory import record_at
 from ....kernels.core.records import (
+    INTEGRATOR,
     LIGHT_HITTABLE,
     LIGHT_SAMPLE_DELTA,
     LIGHT_SAMPLE_NO_SHADOW,
@@ -32,6 +33,7 @@ from ....kernels.core.records import (
     POINT_ON_WORLD,
     RAY_LAST,
     RAY_TRANSPARENT,
+    SCENE,
     SCENE_HAS_MEDIA,
     SCRATCH_LIGHT_SAMPLE,
     light_at,
@@ -68,20 +70,18 @@ from ....kernels.path.direct import LOBE_RAYS, lit_bsdf
 from ....kernels.path.state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags, ray_mask
 from ....kernels.shading.interpreter import shader_eval
 from ...path.trace import tile_point
-from ...resampling.frame import UNTRACED, hit_at
+from ...resampling.candidates import point_at, reservoirs_of, store_light
+from ...resampling.frame import FRAME, UNTRACED, hit_at
 from ...resampling.options import TARGET, reuse_at
-from ...resampling.reservoir import accept, clear, contribution_weight, reservoir_at
-from .shift import reservoirs_of
+from ...resampling.reservoir import accept, clear, contribution_weight
+from .sample import DIRECT, direct_reservoir_at, keep
 from .target import (
     brightness,
     control_variate_at,
     integrand,
-    point_at,
-    store_light,
     target_of_light,
-    visibility,
+    transmittance_to_light,
 )
-from .visibility import keep
 
 # What becomes of the reservoirs: nothing, or the next frame takes them up.
 LAST, LAST_OF_FRAME = 1, 2
@@ -318,7 +318,7 @@ def _close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, la
                 if last == LAST and stream.origin == CLEAR:
                     v = (1.0, 1.0, 1.0)
                 else:
-                    v = visibility(scene, integrator, frame, scratch, pixel)
+                    v = transmittance_to_light(scene, integrator, frame, scratch, pixel)
                 if stream.origin == SAMPLED:
                     learn(path_at(frame.paths, pixel).mean_visibility, FIRST, v)
             known = layer
@@ -360,18 +360,19 @@ def _settle(reuse, layers, frame, scratch, pixel, seed, last):
     for layer in range(layers):
         options = reuse_at(reuse, layer)
         groups = _groups(scratch, layer)
-        r = reservoir_at(reservoirs_of(frame, options, frame.reservoirs), pixel)
+        r = direct_reservoir_at(reservoirs_of(frame, options, frame.reservoirs), pixel)
         clear(r, 1.0)
         r.seed = seed
         light = NO_LOBES
         if groups.target > 0.0:
+            r.technique = DIRECT
             _copy_point(r, groups)
             r.target = groups.target
             r.contribution_weight = contribution_weight(float(groups.total), float(groups.target))
             keep(r, vec(groups.visibility))
             light = lobes_of(groups.f)
         if last != 0:
-            light = lobe_add(lobes_of(groups.light), control_variate_at(frame, pixel, 1.0))
+            light = lobe_add(lobes_of(groups.light), control_variate_at(frame, pixel))
         store_light(frame, options, pixel, light)
 
 
@@ -398,7 +399,7 @@ def _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key
 
 
 @kernel
-def candidates_tile(scene, integrator, reuse, layers, frame, scratch, x0, y0, x1, y1, last):
+def candidates_tile(scene: SCENE, integrator: INTEGRATOR, reuse, layers, frame: FRAME, scratch, x0, y0, x1, y1, last):
     """Fill the reservoirs of a tile. reuse: address of a REUSE for each of the layers of reservoirs.
 
     last: 0 where reuse follows; LAST, LAST_OF_FRAME: none does, so that frame.light is what lights.

@@ -2,40 +2,41 @@
 
 import math
 
-from ....kernels.core.jit import device, inlined
-from ....kernels.core.memory import copy_words, record_address, store_f32
+from ....kernels.core.jit import device, entry, inlined
+from ....kernels.core.memory import copy_words, record_address
 from ....kernels.core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
+    PATH,
     SCENE_HAS_MEDIA,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_PATH,
+    integrator_at,
     light_sample_at,
     path_at,
-    shading_point_at,
+    scene_at,
 )
-from ....kernels.core.vec import is_black, load3_f32, scale, vec
+from ....kernels.core.vec import is_black, load3_f32, vec
 from ....kernels.lights import light_point
-from ....kernels.lobes.classes import NO_LOBES, Lobes, lobe_scale, lobe_sum
+from ....kernels.lobes.classes import NO_LOBES, lobe_scale, lobe_sum
 from ....kernels.path.direct import control_variate_class, lit_bsdf
 from ....kernels.path.shadow import transmittance
 from ....kernels.volume.calls import media_around
-from ...resampling.reservoir import NOTHING
-from ...restir.gbuffer import PATH_WORDS
+from ...resampling.candidates import point_at
+from ...resampling.frame import frame_at
+from ...resampling.options import TARGET, reuse_at
+from ...resampling.technique import domain_at, shifted_at, store_f
+from .sample import direct_reservoir_at, keep
 
-
-@inlined
-def point_at(frame, pixel):
-    """The SHADING_POINT of a pixel; its instance is -1 where there is none."""
-    return shading_point_at(frame.points, pixel)
+PATH_WORDS = PATH.itemsize // 8
 
 
 @device
-def unshadowed(scene, sp, scratch, source, primitive, u, v):
+def light_integrand(scene, sp, scratch, source, primitive, u, v):
     """f without visibility at sp of a light's point (kernels.lights.points): by class of lobes.
 
-    By the measure of these coordinates. Leaves the LIGHT_SAMPLE in scratch, for `visibility`.
+    By the measure of these coordinates. Leaves the LIGHT_SAMPLE in scratch, for `transmittance_to_light`.
     """
-    if primitive == NOTHING or not light_point(scene, sp, scratch, source, primitive, u, v):
+    if not light_point(scene, sp, scratch, source, primitive, u, v):
         return NO_LOBES
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     f, _ = lit_bsdf(scene, sp, vec(ls.wi), ls.seen_by)
@@ -52,8 +53,8 @@ def integrand(ls, f):
 
 
 @device
-def visibility(scene, integrator, frame, scratch, pixel):
-    """V by channel between a pixel's vertex and the LIGHT_SAMPLE in scratch.
+def transmittance_to_light(scene, integrator, frame, scratch, pixel):
+    """V by channel between a pixel's vertex and the LIGHT_SAMPLE in scratch: the shadow ray of a light sample.
 
     scene, integrator: of the frame, which may be the one before.
     """
@@ -69,6 +70,53 @@ def visibility(scene, integrator, frame, scratch, pixel):
 
 
 @inlined
+def _integrand_at(domain, shifted):
+    """f without V of the shifted sample in a domain."""
+    d = domain_at(domain, 0)
+    r = direct_reservoir_at(shifted, 0)
+    sp = point_at(frame_at(d.frame, 0), d.pixel)
+    return light_integrand(scene_at(d.scene, 0), sp, d.scratch, int(r.source), int(r.primitive), float(r.u), float(r.v))
+
+
+@inlined
+def _trace(domain):
+    """V between the domain's vertex and the LIGHT_SAMPLE in its scratch."""
+    d = domain_at(domain, 0)
+    return transmittance_to_light(
+        scene_at(d.scene, 0), integrator_at(d.integrator, 0), frame_at(d.frame, 0), d.scratch, d.pixel
+    )
+
+
+@entry
+def target_light(domain, shifted, a, b, c):
+    """f and p̂ of a shifted sample (see resampling.technique); V is a part of both where `visibility` is TARGET."""
+    reuse = reuse_at(domain_at(domain, 0).reuse, 0)
+    f = _integrand_at(domain, shifted)
+    p = target_of_light(reuse, f)
+    if p > 0.0 and reuse.visibility == TARGET:
+        v = _trace(domain)
+        keep(direct_reservoir_at(shifted, 0), v)
+        f = lobe_scale(f, v)
+        p = target_of_light(reuse, f)
+    shifted_at(shifted, 0).target = p
+    store_f(shifted, f)
+
+
+@device
+def trace_shadow(domain, shifted):
+    """V of a shifted sample in a domain, by a shadow ray."""
+    _integrand_at(domain, shifted)
+    return _trace(domain)
+
+
+@entry
+def light_control_variate(domain, shifted, a, b, c):
+    """The control variate that a pixel's candidates have left (see resampling.technique)."""
+    d = domain_at(domain, 0)
+    store_f(shifted, control_variate_at(frame_at(d.frame, 0), d.pixel))
+
+
+@inlined
 def brightness(reuse, rgb):
     """p̂ of a contribution: its channels by REUSE.weights; light that is taken away counts as much as light given."""
     return reuse.weights[0] * abs(rgb[0]) + reuse.weights[1] * abs(rgb[1]) + reuse.weights[2] * abs(rgb[2])
@@ -81,27 +129,9 @@ def target_of_light(reuse, f):
 
 
 @inlined
-def load_light(frame, pixel):
-    """frame.light of a pixel, by class of lobes."""
-    light = frame.light + 36 * pixel
-    return Lobes(load3_f32(light, 0), load3_f32(light, 1), load3_f32(light, 2))
-
-
-@inlined
-def control_variate_at(frame, pixel, share):
-    """A share of the variate that a pixel's candidates have left, to be added to what lights it."""
+def control_variate_at(frame, pixel):
+    """The control variate that a pixel's candidates have left, to be added to what lights it."""
     variate = load3_f32(frame.control_variates, pixel)
     if is_black(variate):
         return NO_LOBES
-    return lobe_scale(control_variate_class(point_at(frame, pixel)), scale(variate, share))
-
-
-@inlined
-def store_light(frame, reuse, pixel, f):
-    """Set frame.light of a pixel, in the channels that the reservoirs are for."""
-    light = frame.light + 36 * pixel
-    for k in range(3):
-        if reuse.channel < 0 or k == reuse.channel:
-            store_f32(light, k, f.diffuse[k])
-            store_f32(light, 3 + k, f.glossy[k])
-            store_f32(light, 6 + k, f.transmission[k])
+    return lobe_scale(control_variate_class(point_at(frame, pixel)), variate)

@@ -1,0 +1,32 @@
+"""Partners by an involution: j is i's partner where i is j's, so that each pair's two shifts serve both of its pixels.
+
+Pairwise MIS in pixel i needs T_{j→i}(X_j), the candidate, and T_{i→j}(X_i), for the weight of its own sample; pixel j
+needs exactly these two (ReSTIR PT Enhanced, "paired spatial reuse"). A partner is found by XOR of the pixel's
+coordinates with a mask that is one for all pixels of a frame, a round and an index.
+"""
+
+from ...kernels.core import rng
+from ...kernels.core.jit import device, inlined
+
+LARGEST_BLOCK = 32
+
+
+@device
+def block_of(radius):
+    """The side of the blocks that pairs stay in: the largest power of two that is not above `radius`, 2 to 32."""
+    block = 2
+    while 2 * block <= radius and block < LARGEST_BLOCK:
+        block *= 2
+    return block
+
+
+@inlined
+def pair_mask(seed, turn, index, count, block):
+    """What the index-th of `count` partners of all pixels differ by: bits of x and of y, not both 0.
+
+    The masks of a round are different, where there are as many: the first by chance, the others evenly behind it.
+    """
+    masks = block * block - 1
+    first = rng.hash_combine(rng.hash_combine(seed, 0x50414952), turn) % masks
+    mask = 1 + (first + index * max(masks // count, 1)) % masks
+    return mask % block, mask // block
