@@ -26,6 +26,7 @@ from restir_engine.embree import library
 from restir_engine.film import Film
 from restir_engine.integrators.path import PathIntegrator
 from restir_engine.kernels.core.memory import address, load_i64, store_i64
+from restir_engine.scene.description import SceneDescription
 from restir_engine.settings import RenderSettings, required_passes
 
 from .hybrid_sweep import LIGHTS, scene_of
@@ -62,8 +63,8 @@ class Renderer:
     def __init__(self, scene, method: str, seed: int = 0, **more) -> None:
         options = {"passes": frozenset(("Combined", "Subsurface")), "max_bounces": 0, "pixel_filter": "BOX"} | more
         settings = RenderSettings(**options, sss_method=method, seed=seed, film_transparent=True)
-        if not scene.committed:
-            scene.commit()
+        if isinstance(scene, SceneDescription):
+            scene = scene.commit()
         self.film = Film(*scene.camera.film_size, required_passes(settings.passes, False))
         self._integrator = PathIntegrator(FrameContext(scene), settings, self.film)
         self._scratch = self._integrator.scratch()

@@ -17,12 +17,11 @@ from restir_engine.context import FrameContext
 from restir_engine.film import Film
 from restir_engine.integrators.path import PathIntegrator
 from restir_engine.integrators.restir.integrator import RestirIntegrator
-from restir_engine.kernels.core.records import RAY_ALL, RAY_CAMERA
 from restir_engine.scene.lamps import point_lamp
 from restir_engine.settings import RenderSettings, required_passes
 from testing.scenes.lights import emission_program, matrix
 from testing.scenes.moving import reuse_of
-from testing.scenes.rooms import Builder, coated, diffuse, look, render, scaled
+from testing.scenes.rooms import UNSEEN, Builder, coated, diffuse, look, render, scaled
 from testing.scenes.shapes import CUBE, QUAD
 
 FRAMES = 17
@@ -39,13 +38,11 @@ def lanterns(lamps: int, glowing: bool, size: int):
     for place in random.uniform((-2.5, -2.5, 0.8), (2.5, 2.3, 2.4), (lamps, 3)):
         if glowing:
             color = random.uniform(0.2, 1.0) ** 3 * np.array([1.0, 0.8, 0.6]) * 2e5 / lamps
-            b.add(CUBE, emission_program(color), scaled(matrix(tuple(place)), 0.02, 0.02, 0.02))
+            b.add(CUBE, emission_program(color), scaled(matrix(tuple(place)), 0.02, 0.02, 0.02), UNSEEN)
             continue
         color = random.uniform(0.05, 1.0, 3) ** 2 * 1500.0 / lamps
-        b.lamp(point_lamp(matrix(tuple(place)), color, 0.02, seen_by=RAY_ALL & ~RAY_CAMERA))
-    scene = b.finish(view(0, size))
-    scene.instances["seen_by"][scene.instances["lights"] >= 0] &= ~RAY_CAMERA
-    return scene
+        b.lamp(point_lamp(matrix(tuple(place)), color, 0.02, seen_by=UNSEEN))
+    return b.finish(view(FRAMES - 1, size))
 
 
 def view(step: int, size: int):
@@ -90,11 +87,9 @@ def main() -> None:
         history = None
         times = []
         for step in range(FRAMES):
-            scene.camera = view(step, size)
-            scene.commit()
             settings = RenderSettings(seed=step, max_bounces=args.bounces, reuse=plan)
             film = Film(size, size, required_passes(settings.passes, False), 1.0)
-            integrator = RestirIntegrator(FrameContext(scene), settings, film, history)
+            integrator = RestirIntegrator(FrameContext(scene, view(step, size)), settings, film, history)
             history = integrator.history
             times.append(frame(integrator, 0, 1, tiles))
         film.samples = 1

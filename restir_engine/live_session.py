@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .scene.camera import Camera
+from .scene.description import SceneDescription
 from .scene.scene import Scene
+from .scene.trees import Trees
 from .session import PREPARING, Session, Status
 from .settings import RenderSettings
 
@@ -29,9 +31,9 @@ _MOST = 65000.0  # float16, which textures hold, ends soon after
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be seen."""
+    """What is to be seen. scene: committed, or its description."""
 
-    scene: Scene
+    scene: Scene | SceneDescription
     settings: RenderSettings
     camera: Camera
 
@@ -49,6 +51,8 @@ class LiveSession:
         self._changed = threading.Condition()
         self._closed = False
         self._history: dict[bool, History] = {}  # by whether in small
+        self._trees = Trees()
+        self._committed: tuple[SceneDescription, Scene] | None = None
         self._sessions = 0
         self._thread = threading.Thread(target=self._work, name="restir-live", daemon=True)
         self._thread.start()
@@ -59,7 +63,7 @@ class LiveSession:
         with self._changed:
             return self._current is not None or self._request is not None
 
-    def show(self, scene: Scene, settings: RenderSettings, camera: Camera) -> None:
+    def show(self, scene: Scene | SceneDescription, settings: RenderSettings, camera: Camera) -> None:
         """Render this from now on."""
         with self._changed:
             self._request = Request(scene, settings, camera)
@@ -108,13 +112,21 @@ class LiveSession:
         camera = smaller(request.camera) if small else request.camera
         settings = replace(settings, seed=settings.seed + self._sessions)
         self._sessions += 1
-        session = Session(request.scene, settings, camera, self._history.get(small))
-        if not request.scene.committed:
-            self.line = PREPARING
+        session = Session(self._scene(request), settings, camera, self._history.get(small))
         session.prepare()
         session.render(cancelled, self._report, self._keep)
         if settings.reuse.temporal:
             self._history[small] = session.history
+
+    def _scene(self, request: Request) -> Scene:
+        """The scene of a request, committed when it is seen for the first time."""
+        if isinstance(request.scene, Scene):
+            return request.scene
+        if self._committed is None or self._committed[0] is not request.scene:
+            self.line = PREPARING
+            self._trees.next_frame()
+            self._committed = request.scene, request.scene.commit(self._trees)
+        return self._committed[1]
 
     def _report(self, status: Status) -> None:
         self.line = status.line()

@@ -22,7 +22,9 @@ from .denoise import denoise
 from .film import Film
 from .kernels.core import cache
 from .scene.camera import Camera
+from .scene.description import SceneDescription
 from .scene.scene import Scene
+from .scene.trees import Trees
 from .settings import RenderSettings, required_passes
 
 if TYPE_CHECKING:
@@ -93,16 +95,23 @@ def memory_in_use() -> int:
 
 
 class Session:
-    """Renders `scene`, which it commits where that has not been done, with `settings` into `film`.
+    """Renders a scene with `settings` into `film`.
 
-    camera: who looks, where that is not the scene's own camera. history: that of the session before, which a frame may
-    resample; afterwards that of this one.
+    scene: committed, or its description, which `prepare` commits. camera: who looks, where that is not the scene's own
+    camera. history: that of the session before, which a frame may resample; afterwards that of this one. trees:
+    acceleration structures that earlier scenes have left.
     """
 
     def __init__(
-        self, scene: Scene, settings: RenderSettings, camera: Camera | None = None, history: History | None = None
+        self,
+        scene: Scene | SceneDescription,
+        settings: RenderSettings,
+        camera: Camera | None = None,
+        history: History | None = None,
+        trees: Trees | None = None,
     ) -> None:
         self.scene = scene
+        self._trees = trees
         self.camera = camera or scene.camera
         self.settings = settings
         self.history = history
@@ -125,8 +134,8 @@ class Session:
 
     def prepare(self) -> None:
         """Commit the scene and compile or load the integrator on the calling thread, which `render` does on another."""
-        if not self.scene.committed:
-            self.scene.commit()
+        if isinstance(self.scene, SceneDescription):
+            self.scene = self.scene.commit(self._trees)
         self._integrator = self._new_integrator()
         self._integrator.prepare()
         self.history = self._integrator.history

@@ -13,7 +13,7 @@ from .instances import inverse
 KINDS = {"PERSP": CAMERA_PERSPECTIVE, "ORTHO": CAMERA_ORTHOGRAPHIC, "PANO": CAMERA_PANORAMA}
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Camera:
     """What a camera sees: lengths in scene units, angles in radians.
 
@@ -39,6 +39,11 @@ class Camera:
     longitude: tuple[float, float] = (-math.pi, math.pi)
     latitude: tuple[float, float] = (-math.pi / 2, math.pi / 2)
 
+    def __post_init__(self) -> None:
+        to_world = np.array(self.to_world, np.float64)[:3]
+        to_world.flags.writeable = False
+        object.__setattr__(self, "to_world", to_world)
+
     @property
     def film_size(self) -> tuple[int, int]:
         """Width and height of the rendered region."""
@@ -49,7 +54,7 @@ class Camera:
         corner = math.hypot(max(map(abs, self.screen[:2])), max(map(abs, self.screen[2:])))
         reach = self.clip_start * math.hypot(1.0, corner if self.kind == "PERSP" else 0.0)
         reach += (corner if self.kind == "ORTHO" else 0.0) + self.aperture / min(max(self.aperture_ratio, 1e-6), 1.0)
-        center = np.array(self.to_world, np.float64)[:3, 3]
+        center = self.to_world[:, 3]
         return center - reach, center + reach
 
     def same_as(self, other: Camera) -> bool:
@@ -58,7 +63,7 @@ class Camera:
 
     def record(self) -> np.void:
         """The CAMERA record."""
-        to_world = np.array(self.to_world, np.float64)[:3]
+        to_world = np.array(self.to_world)
         lengths = np.linalg.norm(to_world[:, :3], axis=0)
         to_world[:, :3] /= np.where(lengths > 0.0, lengths, 1.0)
         result = np.zeros((), CAMERA)

@@ -63,8 +63,13 @@ class ImageTable:
             self._decodes[index] = decode
         return index
 
+    @property
+    def arrays(self) -> list[np.ndarray]:
+        """What `records` point to."""
+        return [*self._pixels, *(decode for decode in self._decodes if decode is not None)]
+
     def records(self) -> np.ndarray:
-        """IMAGE records, valid until an image is added or replaced."""
+        """IMAGE records; valid as long as `arrays` live."""
         records = np.zeros(len(self._pixels), rec.IMAGE)
         for record, pixels, decode in zip(records, self._pixels, self._decodes, strict=True):
             record["pixels"] = address(pixels)

@@ -184,3 +184,28 @@ def sun_lamp(matrix, irradiance, angle: float, *, normalize: bool = True, **comm
     if not normalize:
         strength = strength * area
     return _finish(lamp, strength / area, strength, False)
+
+
+class Lamps:
+    """The lamps of a scene that is put together: LIGHT records."""
+
+    def __init__(self) -> None:
+        self._lamps = np.zeros(0, LIGHT)
+        self._added: list[np.ndarray] = []
+
+    def add(self, lamp: np.ndarray) -> None:
+        """Add a LIGHT record (1,)."""
+        self._added.append(lamp)
+
+    @property
+    def lamps(self) -> np.ndarray:
+        """All of them, in the order in which they were added."""
+        if self._added:
+            self._lamps = np.concatenate([self._lamps, *self._added])
+            self._added.clear()
+        return self._lamps
+
+    @lamps.setter
+    def lamps(self, lamps: np.ndarray) -> None:
+        self._lamps = lamps
+        self._added.clear()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
 from ..kernels.lights.entries import TRIANGLE, WORLD, light_entries
 from .lamps import LUMINANCE
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 # Lamps are weighed against each other at every point that is lit; more than this number in clusters.
 _FEW = 32
@@ -48,6 +52,8 @@ class _Group:
         self.alias = alias.table
         self.probabilities = np.zeros(n_triangles, np.float32)
         self.probabilities[primitives] = alias.probabilities
+        for array in (self.primitives, self.alias, self.probabilities):
+            array.flags.writeable = False
 
     def fill(self, record: np.void) -> None:
         record["n"] = len(self.primitives)
@@ -56,99 +62,77 @@ class _Group:
 
 
 class LightTable:
-    """Lamps (LIGHT records, put here by sync) and what selection needs; `commit` builds it from the scene."""
+    """What light selection needs of a scene that is being committed: its instances, programs and world are in place.
 
-    def __init__(self) -> None:
-        self._lamps = np.zeros(0, rec.LIGHT)
-        self._added: list[np.ndarray] = []
-        self.committed = np.zeros(0, rec.LIGHT)  # the lamps in the order in which kernels know them
-        self._record = np.zeros(1, rec.LIGHT_TABLE)
-        self._arrays: list = []
-        self.weights = np.zeros(0)  # of the committed lamps, by about the irradiance that all of a kind send
+    lamps: LIGHT records in any order, here in that of kernels. weights: of each, by about the irradiance that all of a
+    kind send. first_emitters: INSTANCE.lights of each instance.
+    """
 
-    def add(self, lamp: np.ndarray) -> None:
-        """Add a LIGHT record (1,), see `scene.lamps`."""
-        self._added.append(lamp)
-
-    @property
-    def lamps(self) -> np.ndarray:
-        """All LIGHT records, in the order in which they were added."""
-        if self._added:
-            self._lamps = np.concatenate([self._lamps, *self._added])
-            self._added.clear()
-        return self._lamps
-
-    @lamps.setter
-    def lamps(self, lamps: np.ndarray) -> None:
-        self._lamps = lamps
-        self._added.clear()
-
-    @property
-    def record(self) -> np.void:
-        """The LIGHT_TABLE record; valid after `commit`."""
-        return self._record[0]
-
-    def commit(self, scene) -> None:
-        """Build the table for the scene's lamps, instances and world, whose records must be in place."""
-        self._arrays = []
-        self._record[:] = np.zeros(1, rec.LIGHT_TABLE)
-        lamps = self._commit_lamps(scene)
+    def __init__(self, scene: Scene, lamps: np.ndarray) -> None:
+        self._table = np.zeros(1, rec.LIGHT_TABLE)
+        self._kept: list = []  # what addresses point to
+        self.lamps, bounds = _in_order(lamps)
+        self.first_emitters = np.full(len(scene.instances), -1)
+        from_lamps = self._commit_lamps(scene, bounds)
         triangles = self._commit_triangles(scene)
         world = np.pi * scene.world.mean if scene.world.sampled else 0.0
-        shares = np.array([lamps, triangles, world])
+        shares = np.array([from_lamps, triangles, world])
         if shares.sum() > 0.0:
             roots = np.sqrt(shares)
             shares = (1.0 - _FLAT) * shares / shares.sum() + _FLAT * roots / roots.sum()
         for name, share in zip(("lamps", "triangles", "world"), shares, strict=True):
-            self._record[0][name] = share
+            self._table[0][name] = share
         kinds = set(self.lamps["kind"].tolist())
         # Light that is not sampled is found by rays, and reservoirs keep it.
         kinds |= {TRIANGLE} if (scene.shaders.materials["flags"] & rec.MATERIAL_EMITS).any() else set()
         kinds |= {WORLD} if scene.world.material >= 0 else set()
-        self._share(self._record[0], "entries", light_entries(kinds))
-        scene.record["light_table"] = address(self._record)
+        self._share("entries", light_entries(kinds))
+        for array in (self._table, self.lamps, self.weights, self.first_emitters):
+            array.flags.writeable = False
 
-    def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
-        record[field] = address(array)
-        self._arrays.append(array)
+    @property
+    def record(self) -> np.void:
+        """The LIGHT_TABLE record."""
+        return self._table[0]
+
+    @property
+    def address(self) -> int:
+        """That of the record; valid as long as this lives."""
+        return address(self._table)
+
+    def _share(self, field: str, array: np.ndarray) -> None:
+        array.flags.writeable = False
+        self._table[0][field] = address(array)
+        self._kept.append(array)
 
     # Lamps ------------------------------------------------------------------------------------------------
 
-    def _commit_lamps(self, scene) -> float:
-        """Put the lamps in order, suns last; returns about the irradiance that they send to the scene."""
-        suns = self.lamps["kind"] == rec.LIGHT_SUN
-        local, suns = self.lamps[~suns], self.lamps[suns]
-        bounds = [0, len(local)]
-        if len(self.lamps) > _FEW:
-            order, bounds = clustered(local["center"], max(_FEW // 2, int(len(local) ** 0.5)))
-            local = local[order]
-        lamps = np.concatenate([local, suns])
-        table, n = self._record[0], len(lamps)
-        table["n_local"] = len(local)
+    def _commit_lamps(self, scene: Scene, bounds: list[int]) -> float:
+        """What is chosen among lamps by; returns about the irradiance that they send to the scene."""
+        lamps, table = self.lamps, self._table[0]
+        n, n_local = len(lamps), int((lamps["kind"] != rec.LIGHT_SUN).sum())
+        table["n_local"] = n_local
         self._weigh_programs(scene, lamps)
-        self.committed = lamps
-        self._share(scene.record, "lights", lamps)
-        scene.record["n_lights"] = n
         self.weights = lamps["importance"].copy()
         if n == 0:
             return 0.0
         if n > _FEW:
-            self._commit_clusters(lamps, [*bounds, n] if len(suns) else bounds)
+            self._commit_clusters(lamps, [*bounds, n] if n > n_local else bounds)
         flags, radii = lamps["flags"], lamps["radius"]
         seen = ((flags & rec.LIGHT_HITTABLE) != 0) | ((lamps["seen_by"] & rec.RAY_CAMERA) != 0)
         found = np.flatnonzero(seen & ((flags & rec.LIGHT_DELTA) == 0) & (lamps["kind"] != rec.LIGHT_SUN))
         # Rounding far from the lamp must not make it smaller.
         targets = np.column_stack([lamps["center"], (radii * (1.0 + 1e-6) + 1e-9) ** 2, np.arange(n)])[found]
         table["n_targets"] = len(found)
-        self._share(table, "targets", np.ascontiguousarray(targets))
+        self._share("targets", np.ascontiguousarray(targets))
         irradiance = lamps["importance"] / self._distances(scene, lamps) ** 2
-        near = slice(0, len(local))
+        near = slice(0, n_local)
         self.weights[near] *= irradiance[near].sum() / max(self.weights[near].sum(), 1e-300)
         return float(irradiance.sum())
 
     def _commit_clusters(self, lamps: np.ndarray, bounds: list[int]) -> None:
         """Bounding spheres and importance of the lamps between successive bounds."""
-        table = self._record[0]
+        table = self._table[0]
         spans = [(first, last) for first, last in pairwise(bounds) if last > first]
         clusters = np.zeros((len(spans), 7))
         for cluster, (first, last) in zip(clusters, spans, strict=True):
@@ -158,18 +142,18 @@ class LightTable:
             radius = -1.0 if inside["kind"][0] == rec.LIGHT_SUN else reach.max()
             cluster[:] = (*center, radius, inside["importance"].sum(), first, last)
         table["n_clusters"] = len(clusters)
-        self._share(table, "clusters", clusters)
-        self._share(table, "cluster_of", np.repeat(np.arange(len(spans), dtype=np.int32), [b - a for a, b in spans]))
+        self._share("clusters", clusters)
+        self._share("cluster_of", np.repeat(np.arange(len(spans), dtype=np.int32), [b - a for a, b in spans]))
 
     @staticmethod
-    def _weigh_programs(scene, lamps: np.ndarray) -> None:
+    def _weigh_programs(scene: Scene, lamps: np.ndarray) -> None:
         """Bring the emission of lamps' programs into their importance (which is that of their strength)."""
         programmed = np.flatnonzero(lamps["material"] >= 0)
         emission = scene.shaders.materials["emission_estimate"][lamps["material"][programmed]] @ LUMINANCE
         lamps["importance"][programmed] *= np.where(emission > 0.0, emission, 1.0)
 
     @staticmethod
-    def _distances(scene, lamps: np.ndarray) -> np.ndarray:
+    def _distances(scene: Scene, lamps: np.ndarray) -> np.ndarray:
         """About how far from each lamp things are that it lights; 1 for suns."""
         result = np.ones(len(lamps))
         places = scene.instances["location"][:: max(1, len(scene.instances) // 256)]
@@ -183,10 +167,9 @@ class LightTable:
 
     # Emissive triangles -----------------------------------------------------------------------------------
 
-    def _commit_triangles(self, scene) -> float:
+    def _commit_triangles(self, scene: Scene) -> float:
         """The tables of emissive instances; returns about the irradiance that they send to the scene."""
         instances, materials = scene.instances, scene.shaders.materials
-        instances["lights"] = -1
         emits = ((materials["flags"] & rec.MATERIAL_EMITS) != 0) & (materials["emission_sampling"] != 0)
         if not len(instances) or not emits.any():
             return 0.0
@@ -210,27 +193,27 @@ class LightTable:
         if used == 0:
             return 0.0
         emitters = emitters[:used].copy()
-        table = self._record[0]
+        table = self._table[0]
         records = np.zeros(len(built), rec.EMITTER_GROUP)
         for record, group in zip(records, built, strict=True):
             group.fill(record)
-        self._arrays.extend(built)
+        self._kept.extend(built)
         # Areas grow with the square of the mean scale.
         linear = instances["to_world"][emitters["instance"]].reshape(-1, 3, 4)[:, :, :3]
         growth = np.abs(np.linalg.det(linear)) ** (2.0 / 3.0)
         power = growth * np.array([built[group].power for group in emitters["group"]])
         alias = AliasTable(power)
         emitters["probability"] = alias.probabilities
-        instances["lights"][emitters["instance"]] = np.arange(used)
+        self.first_emitters[emitters["instance"]] = np.arange(used)
         table["n_emitters"] = used
-        self._share(table, "emitter_alias", alias.table)
-        self._share(table, "emitters", emitters)
-        self._share(table, "groups", records)
+        self._share("emitter_alias", alias.table)
+        self._share("emitters", emitters)
+        self._share("groups", records)
         bounds = scene.record["bounds"]
         size2 = float(((bounds[3:] - bounds[:3]) ** 2).sum()) / 16.0
         return float(power.sum()) / max(size2, 1e-12)
 
-    def _group(self, scene, index: int, slots: np.ndarray, emits: np.ndarray) -> _Group:
+    def _group(self, scene: Scene, index: int, slots: np.ndarray, emits: np.ndarray) -> _Group:
         """The emissive triangles of an instance's mesh, weighed by area and luminance (watt by steradian, about)."""
         mesh, materials = scene.meshes[scene.instances[index]["mesh"]], scene.shaders.materials
         per_slot = materials["emission_estimate"][slots] @ LUMINANCE
@@ -256,7 +239,7 @@ class LightTable:
         return _Group(primitives, weights, len(mesh.triangles))
 
     @staticmethod
-    def _measured(scene, index: int, primitives: np.ndarray) -> np.ndarray:
+    def _measured(scene: Scene, index: int, primitives: np.ndarray) -> np.ndarray:
         """Mean luminance of triangles whose emission varies, mixed with that of all: a few points may miss some."""
         primitives = np.ascontiguousarray(primitives, np.int32)
         values = np.zeros(len(primitives))
@@ -267,6 +250,17 @@ class LightTable:
         )
         # Not quite nothing where all is black: another instance may have another colour.
         return 0.9 * values + 0.1 * values.mean() + 1e-6
+
+
+def _in_order(lamps: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """(lamps, bounds) in the order of kernels: near ones together, suns last; bounds: of clusters of the former."""
+    suns = lamps["kind"] == rec.LIGHT_SUN
+    local, suns = lamps[~suns], lamps[suns]
+    bounds = [0, len(local)]
+    if len(lamps) > _FEW:
+        order, bounds = clustered(local["center"], max(_FEW // 2, int(len(local) ** 0.5)))
+        local = local[order]
+    return np.concatenate([local, suns]), bounds
 
 
 def clustered(places: np.ndarray, size: int) -> tuple[np.ndarray, list[int]]:

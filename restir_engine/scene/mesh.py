@@ -71,21 +71,30 @@ class Mesh:
             array = getattr(self, name)
             if array is not None:
                 setattr(self, name, np.ascontiguousarray(array, dtype))
-        self._table = np.zeros(0, ATTRIBUTE)
+
+    def freeze(self) -> None:
+        """Make all arrays read-only: scenes, acceleration structures and frames to come share them."""
+        optional = (self.normals, self.smooth, self.material_slots)
+        arrays = [self.vertices, self.triangles, self.corners, self.polygons, *(a.values for a in self.attributes)]
+        for array in (*arrays, *(array for array in optional if array is not None)):
+            array.flags.writeable = False
 
     def attribute(self, name: int) -> Attribute | None:
         """The attribute of an interned name."""
         return next((attribute for attribute in self.attributes if attribute.name == name), None)
 
-    def record(self) -> np.void:
-        """The MESH record, without its acceleration structure; valid as long as this mesh and its arrays are."""
-        self._table = attribute_table(self.attributes)
+    def record(self, attributes: np.ndarray | None = None) -> np.void:
+        """The MESH record, without its acceleration structure; valid as long as this mesh and its arrays are.
+
+        attributes: the `attribute_table` of its attributes, where they are to be found.
+        """
         result = np.zeros((), MESH)
         for name in ("vertices", "triangles", "corners", "polygons", "normals", "smooth", "material_slots"):
             result[name] = address(getattr(self, name))
         result["n_vertices"], result["n_triangles"] = len(self.vertices), len(self.triangles)
         result["normals_domain"] = self.normals_domain
-        result["attributes"], result["n_attributes"] = address(self._table), len(self._table)
+        if attributes is not None:
+            result["attributes"], result["n_attributes"] = address(attributes), len(attributes)
         result["generated_offset"], result["generated_scale"] = self.generated_offset, self.generated_scale
         return result[()]
 

@@ -37,3 +37,8 @@ def split_object_property(name: str) -> tuple[str, str] | None:
         return None
     kind, _, rest = name[len(_PROPERTY) :].partition(":")
     return kind, rest
+
+
+def reserved() -> dict[str, int]:
+    """Numbers by name, to which more are added: those that kernels know."""
+    return {name: index for index, name in enumerate(RESERVED)}

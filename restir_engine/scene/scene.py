@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..embree.scenes import MeshScene, Placed, WorldScene
@@ -9,117 +12,105 @@ from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lobes import lobe_tables
 from ..kernels.shading.interpreter import shader_entries
-from . import names
-from .camera import Camera
-from .images import ImageTable
 from .lights import LightTable
-from .mesh import Mesh, moved
-from .shaders import ShaderTable
-from .warnings import Warnings
-from .world import World
+from .mesh import Mesh, attribute_table
+from .world import WorldTable
+
+if TYPE_CHECKING:
+    from .description import SceneDescription
+    from .trees import Trees
 
 
 class Scene:
-    """Owner of all arrays that kernels reach. Fill the parts, then `commit`; change a part and commit again.
+    """A committed scene: owner of all arrays that kernels reach. It never changes, and its arrays are read-only.
 
-    `commit` needs no bpy, compiles the instructions that the programs use, and may take its time: it can run on a
-    thread of its own.
+    What belongs to a frame (who looks, light tiles) is in a `FrameContext`. `camera` is the scene's own, as which light
+    tables see emission that depends on the camera. `warnings` goes on: what a render finds wrong is added to it.
     """
 
-    def __init__(self) -> None:
-        self.meshes: list[Mesh] = []
-        self.instances = np.zeros(0, rec.INSTANCE)
-        self.material_slots = np.zeros(0, np.int32)
-        self.instance_attributes: list = []  # what the instances' attribute tables need to stay alive
-        self.shaders = ShaderTable()
-        self.images = ImageTable()
-        self.lights = LightTable()
-        self.world = World()
-        self.camera = Camera()
-        self.warnings = Warnings()
-        self.frame = 1  # what image sequences show
-        self.attribute_names: dict[str, int] = {name: index for index, name in enumerate(names.RESERVED)}
-        self._bottom: dict[int, tuple[Mesh, MeshScene]] = {}
-        self._top: WorldScene | None = None
-        self.committed = False
-        self._record = np.zeros(1, rec.SCENE)
-        self._arrays: list[np.ndarray] = []
+    def __init__(self, description: SceneDescription, trees: Trees) -> None:
+        self.meshes = tuple(description.meshes)
+        self.instances = np.array(description.instances)
+        self.material_slots = np.array(description.material_slots, np.int32)
+        self.shaders = description.shaders.layout()
+        self.camera = description.camera
+        self.attribute_names = MappingProxyType(dict(description.attribute_names))
+        self.warnings = description.warnings
+        self._table = np.zeros(1, rec.SCENE)
+        # What addresses point to.
+        self._kept: list = [*description.instance_attributes, *description.images.arrays]
+        for mesh in self.meshes:
+            mesh.freeze()
+        for array in (*(table for table, _ in description.instance_attributes), *description.images.arrays):
+            array.flags.writeable = False
+        self._commit_geometry(trees)
+        self._commit_shading(description.images.records())
+        self.media_bounds = self._find_media()
+        self.world = self._commit_world(description)
+        self.lights = self._commit_lights(description.lights.lamps)
+        for array in (self._table, self.instances, self.material_slots):
+            array.flags.writeable = False
+        self._committed = True
 
-    def attribute_name(self, name: str) -> int:
-        """The number that stands for an attribute in programs and meshes; "" is the render UV map. See `names`."""
-        return self.attribute_names.setdefault(name, len(self.attribute_names))
+    def __setattr__(self, name: str, value: object) -> None:
+        if "_committed" in self.__dict__:
+            raise AttributeError(f"a committed scene does not change: {name}")
+        super().__setattr__(name, value)
 
     @property
     def record(self) -> np.void:
-        """The SCENE record for kernels; valid after `commit` and as long as this scene lives."""
-        return self._record[0]
+        """The SCENE record for kernels, of no frame in particular; valid as long as this scene lives."""
+        return self._table[0]
 
-    def commit(self) -> None:
-        """Build what has changed (acceleration structures, light and world tables) and the record."""
-        record = self._record[0]
-        self._arrays = []
-        self._commit_geometry(record)
-        self.media_bounds = self._find_media()
-        self._commit_shading(record)
-        self.world.commit(self)
-        self.lights.commit(self)
-        self.committed = True
+    def _share(self, field: str, array: np.ndarray) -> None:
+        array.flags.writeable = False
+        self._table[0][field] = address(array)
+        self._kept.append(array)
 
-    def _share(self, record: np.void, field: str, array: np.ndarray) -> None:
-        record[field] = address(array)
-        self._arrays.append(array)
-
-    def _commit_geometry(self, record: np.void) -> None:
-        instances = np.ascontiguousarray(self.instances)
-        self.instances = instances
+    def _commit_geometry(self, trees: Trees) -> None:
+        record, instances = self._table[0], self.instances
         masks = self._instance_masks()
         users = np.bincount(instances["mesh"][masks != 0], minlength=len(self.meshes))
         scatters = np.zeros(len(self.meshes), bool)
         scatters[instances["mesh"][self._have_flag(rec.MATERIAL_SUBSURFACE)]] = True
+        record["flags"] |= rec.SCENE_HAS_TRANSPARENT if self._lets_through().any() else 0
         record["flags"] |= rec.SCENE_HAS_SUBSURFACE if scatters.any() else 0
         record["flags"] |= rec.SCENE_HAS_MEDIA if self._have_flag(rec.MATERIAL_MEDIUM).any() else 0
-        self._bottom = {
-            id(mesh): self._bottom.get(id(mesh)) or (mesh, MeshScene(mesh.vertices, mesh.triangles))
-            for mesh, own in zip(self.meshes, (users > 1) | scatters & (users > 0), strict=True)
-            if own
-        }
+        own = ((users > 1) | scatters & (users > 0)).tolist()
+        bottom = [trees.of(mesh) if has else None for mesh, has in zip(self.meshes, own, strict=True)]
+        self._kept.append(bottom)
         meshes = np.zeros(len(self.meshes), rec.MESH)
-        for index, mesh in enumerate(self.meshes):
-            meshes[index] = mesh.record()
-            if id(mesh) in self._bottom:
-                meshes[index]["embree"] = self._bottom[id(mesh)][1].handle
-        self._share(record, "meshes", meshes)
+        for index, (mesh, tree) in enumerate(zip(self.meshes, bottom, strict=True)):
+            attributes = attribute_table(mesh.attributes)
+            self._kept.append(attributes)
+            meshes[index] = mesh.record(attributes)
+            meshes[index]["embree"] = tree.handle if tree else 0
+        self._share("meshes", meshes)
         record["n_meshes"] = len(meshes)
 
         transforms = np.ascontiguousarray(instances["to_world"], np.float32)
-        self._top = WorldScene(
-            [
-                self._place(self.meshes[mesh], transform, mask)
-                for mesh, transform, mask in zip(instances["mesh"].tolist(), transforms, masks.tolist(), strict=True)
-            ]
-        )
-        record["embree"] = self._top.handle
-        self._share(record, "instances", instances)
-        record["n_instances"] = len(instances)
-        self._share(record, "material_slots", self.material_slots)
-        lower, upper = self._top.bounds()
+        content = [
+            _placed(self.meshes[mesh], bottom[mesh], transform, mask, trees)
+            for mesh, transform, mask in zip(instances["mesh"].tolist(), transforms, masks.tolist(), strict=True)
+        ]
+        top = WorldScene(content)
+        self._kept.append(top)
+        record["embree"] = top.handle
+        record["instances"], record["n_instances"] = address(instances), len(instances)
+        record["material_slots"] = address(self.material_slots)
+        lower, upper = top.bounds()
         record["bounds"] = (*lower, *upper) if len(instances) and masks.any() else (0.0,) * 6
 
-    def _place(self, mesh: Mesh, transform: np.ndarray, mask: int) -> Placed:
-        """A mesh in the world: as an instance when it stands there more than once or scatters light inside."""
-        if not mask or id(mesh) in self._bottom:
-            return Placed(mask, transform, scene=self._bottom[id(mesh)][1] if mask else None)
-        matrix = transform.reshape(3, 4)
-        return Placed(mask, transform, vertices=moved(mesh.vertices, matrix), triangles=mesh.triangles)
-
     def _instance_masks(self) -> np.ndarray:
-        """Embree masks: the rays that see each, with shadow rays told apart by whether a material lets them through."""
-        transparent = self._have_flag(rec.MATERIAL_TRANSPARENT | self._hideable())
-        self._record[0]["flags"] = rec.SCENE_HAS_TRANSPARENT if transparent.any() else 0
+        """Embree masks: visibility, with shadow rays told apart by whether a material lets them through."""
         seen_by = self.instances["seen_by"] & rec.RAY_ALL
         shadow = (seen_by & rec.RAY_SHADOW) != 0
-        shadow_bits = np.where(transparent, rec.RAY_SHADOW_TRANSPARENT, rec.RAY_SHADOW_OPAQUE)
+        shadow_bits = np.where(self._lets_through(), rec.RAY_SHADOW_TRANSPARENT, rec.RAY_SHADOW_OPAQUE)
         return (seen_by & ~rec.RAY_SHADOW) | np.where(shadow, shadow_bits, 0)
+
+    def _lets_through(self) -> np.ndarray:
+        """Which instances let shadow rays through, bool (n_instances,)."""
+        return self._have_flag(rec.MATERIAL_TRANSPARENT | self._hideable())
 
     def _hideable(self) -> int:
         """MATERIAL_MEDIUM where media differ in priority: shadow rays inside one pass boundaries of others."""
@@ -127,7 +118,7 @@ class Scene:
         priorities = materials["medium_priority"][(materials["flags"] & rec.MATERIAL_MEDIUM) != 0]
         return rec.MATERIAL_MEDIUM if len(np.unique(priorities)) > 1 else 0
 
-    def _find_media(self) -> list[tuple[np.ndarray, np.ndarray]]:
+    def _find_media(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
         """Lower and upper corner, (3,) each, of all instances with a medium inside."""
         found = []
         for instance in self.instances[self._have_flag(rec.MATERIAL_MEDIUM)]:
@@ -135,7 +126,7 @@ class Scene:
             points = points + instance["to_world"].reshape(3, 4)[:, 3]
             if len(points):
                 found.append((points.min(0), points.max(0)))
-        return found
+        return tuple(found)
 
     def _have_flag(self, flag: int) -> np.ndarray:
         """Which instances have a material with one of these MATERIAL_* bits, bool (n_instances,)."""
@@ -144,14 +135,35 @@ class Scene:
         start = self.instances["materials"]
         return counts[start + self.instances["n_materials"]] > counts[start]
 
-    def _commit_shading(self, record: np.void) -> None:
-        self.shaders.commit()
+    def _commit_shading(self, images: np.ndarray) -> None:
+        record = self._table[0]
         for field in ("materials", "code", "constants", "tables"):
-            self._share(record, field, getattr(self.shaders, field))
+            self._share(field, getattr(self.shaders, field))
         record["n_materials"] = len(self.shaders.materials)
-        self._share(record, "images", self.images.records())
-        record["n_images"] = len(self.images)
-        self._share(record, "shader_entries", shader_entries(self.shaders.code))
-        self._share(record, "lobe_tables", lobe_tables())
-        # Emission that depends on the camera is measured, for the light tables, as the scene's own sees it.
-        self._share(record, "camera", np.array([self.camera.record()], rec.CAMERA))
+        self._share("images", images)
+        record["n_images"] = len(images)
+        self._share("shader_entries", shader_entries(self.shaders.code))
+        self._share("lobe_tables", lobe_tables())
+        self._share("camera", np.array([self.camera.record()], rec.CAMERA))
+
+    def _commit_world(self, description: SceneDescription) -> WorldTable:
+        record, world = self._table[0], description.world
+        record["world_material"], record["world_seen_by"] = world.material, world.seen_by
+        table = WorldTable(self, world)
+        record["world_table"] = table.address
+        return table
+
+    def _commit_lights(self, lamps: np.ndarray) -> LightTable:
+        record = self._table[0]
+        table = LightTable(self, lamps)
+        self.instances["lights"] = table.first_emitters
+        record["lights"], record["n_lights"] = address(table.lamps), len(table.lamps)
+        record["light_table"] = table.address
+        return table
+
+
+def _placed(mesh: Mesh, bottom: MeshScene | None, transform: np.ndarray, mask: int, trees: Trees) -> Placed:
+    """A mesh in the world: an instance of its own structure `bottom`, or what `trees` makes of the only place of it."""
+    if not mask or bottom:
+        return Placed(mask, transform, scene=bottom)
+    return trees.place(mesh, transform, mask)

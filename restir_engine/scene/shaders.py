@@ -38,19 +38,33 @@ def constant_lambert(program: Program) -> np.ndarray | None:
     return program.constants[weight : weight + 3] * program.constants[color : color + 3]
 
 
+@dataclass(frozen=True)
+class Shaders:
+    """Programs behind one another in `code` and `constants`, with `tables` and a MATERIAL record each."""
+
+    programs: tuple[Program, ...]
+    materials: np.ndarray
+    code: np.ndarray
+    constants: np.ndarray
+    tables: np.ndarray
+
+    def __post_init__(self) -> None:
+        own = (array for program in self.programs for array in (program.code, program.constants))
+        for array in (self.materials, self.code, self.constants, self.tables, *own):
+            array.flags.writeable = False
+
+    def __getitem__(self, index: int) -> Program:
+        return self.programs[index]
+
+
 class ShaderTable:
-    """All programs of a scene by index. `commit` lays them out behind one another in `code` and `constants`."""
+    """All programs of a scene that is put together, by index; `layout` lays them out for kernels."""
 
     def __init__(self) -> None:
-        self.code = np.zeros(0, np.int32)
-        self.constants = np.zeros(0)
-        self.tables = np.zeros(0, np.float32)
         self._programs: list[Program] = []
-        self._materials = np.zeros(0, rec.MATERIAL)
         self._table_parts: list[np.ndarray] = []
         self._table_offsets: dict[bytes, int] = {}
         self._table_size = 0
-        self._changed = False
 
     def __len__(self) -> int:
         return len(self._programs)
@@ -61,13 +75,11 @@ class ShaderTable:
     def add(self, program: Program) -> int:
         """The index of a new program."""
         self._programs.append(program)
-        self._changed = True
         return len(self._programs) - 1
 
     def replace(self, index: int, program: Program) -> None:
         """Put another program in the place of one; nothing that refers to the index need change."""
         self._programs[index] = program
-        self._changed = True
 
     def table(self, values: np.ndarray) -> int:
         """The offset in `tables` (in floats) of these values; equal tables are kept once."""
@@ -76,20 +88,10 @@ class ShaderTable:
         if offset == self._table_size:
             self._table_parts.append(values)
             self._table_size += len(values)
-            self._changed = True
         return offset
 
-    @property
-    def materials(self) -> np.ndarray:
-        """MATERIAL records, up to date with every program."""
-        if self._changed:
-            self.commit()
-        return self._materials
-
-    def commit(self) -> None:
-        """Lay out `code`, `constants`, `tables` and the MATERIAL records."""
-        if not self._changed:
-            return
+    def layout(self) -> Shaders:
+        """What there is now, laid out for kernels."""
         programs = self._programs
         materials = np.zeros(len(programs), rec.MATERIAL)
         code_at = constants_at = 0
@@ -106,8 +108,7 @@ class ShaderTable:
                 record["lambert"] = lambert
             code_at += len(program.code)
             constants_at += len(program.constants)
-        self._materials = materials
-        self.code = np.concatenate([np.zeros(0, np.int32), *(p.code for p in programs)]).astype(np.int32)
-        self.constants = np.concatenate([np.zeros(0), *(p.constants for p in programs)])
-        self.tables = np.concatenate([np.zeros(0, np.float32), *self._table_parts])
-        self._changed = False
+        code = np.concatenate([np.zeros(0, np.int32), *(p.code for p in programs)]).astype(np.int32)
+        constants = np.concatenate([np.zeros(0), *(p.constants for p in programs)])
+        tables = np.concatenate([np.zeros(0, np.float32), *self._table_parts])
+        return Shaders(tuple(programs), materials, code, constants, tables)

@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.world import bake_world, measure_world
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 # Share of the samples that is uniform over the sphere, so that light which the map missed is found.
 _UNIFORM = 0.03
@@ -20,7 +24,7 @@ _UNIFORM = 0.03
 _SUN_SHARE = (0.2, 0.8)
 
 
-@dataclass(eq=False)
+@dataclass
 class World:
     """What surrounds the scene.
 
@@ -35,44 +39,44 @@ class World:
     max_bounces: int = 1024
     casts_shadow: bool = True
     sun_angle: float = 0.0
-    mean: float = field(default=0.0, init=False)  # mean luminance over the sphere, known when sampled
 
-    def __post_init__(self) -> None:
-        self._record = np.zeros(1, rec.WORLD_TABLE)
+
+class WorldTable:
+    """The importance map of a world in a scene that is being committed, whose programs are in place.
+
+    mean: luminance over the sphere, 0 where it is not sampled.
+    """
+
+    def __init__(self, scene: Scene, world: World) -> None:
+        self.material, self.mean = world.material, 0.0
+        self._sun_angle = world.sun_angle
+        self._table = np.zeros(1, rec.WORLD_TABLE)
         self._marginal = np.zeros(0, np.float32)
         self._conditional = np.zeros(0, np.float32)
         self._guide = np.zeros(0, np.uint16)
-        self._baked = None
+        self._table[0]["max_bounces"] = world.max_bounces
+        self._table[0]["no_shadow"] = not world.casts_shadow
+        if world.material >= 0 and world.map_width > 0:
+            self._bake(scene, world.map_width)
+        self._table.flags.writeable = False
 
     @property
     def sampled(self) -> bool:
-        """Whether light sampling chooses the world; known after `commit`."""
-        return self.material >= 0 and self.map_width > 0 and self.mean > 0.0
+        """Whether light sampling chooses the world."""
+        return self.mean > 0.0
 
     @property
     def record(self) -> np.void:
         """The WORLD_TABLE record."""
-        return self._record[0]
+        return self._table[0]
 
-    def commit(self, scene) -> None:
-        """Bake the map where the program is new, and put the world into the scene's record."""
-        record = scene.record
-        record["world_material"] = self.material
-        record["world_seen_by"] = self.seen_by
-        record["world_table"] = address(self._record)
-        table = self._record[0]
-        table["max_bounces"] = self.max_bounces
-        table["no_shadow"] = not self.casts_shadow
-        if self.material < 0 or self.map_width <= 0:
-            self.mean = 0.0
-            return
-        program = scene.shaders[self.material]
-        if self._baked is None or self._baked[0] is not program or self._baked[1] != self.map_width:
-            self._baked = program, self.map_width
-            self._bake(scene)
+    @property
+    def address(self) -> int:
+        """That of the record; valid as long as this lives."""
+        return address(self._table)
 
-    def _bake(self, scene) -> None:
-        width = int(np.clip(self.map_width, 16, 8192))
+    def _bake(self, scene: Scene, width: int) -> None:
+        width = int(np.clip(width, 16, 8192))
         height = max(width // 2, 8)
         values = np.zeros((height, width), np.float32)
         rows = np.linspace(0, height, min(height, 64) + 1).astype(int)
@@ -86,12 +90,11 @@ class World:
             list(pool.map(bake, rows[:-1], rows[1:]))
         bands = np.diff(-np.cos(np.pi * np.arange(height + 1) / height))
         self.mean = float((values.mean(axis=1, dtype=np.float64) * bands).sum() / 2.0)
-        table = self._record[0]
-        table["width"] = table["height"] = 0
+        table = self._table[0]
         table["map"], table["sun"], table["uniform"] = 0.0, 0.0, 1.0
         if self.mean <= 0.0:
             return
-        sun = self._find_sun(scene, values) if self.sun_angle > 0.0 else None
+        sun = self._find_sun(scene, values) if self._sun_angle > 0.0 else None
         if sun is not None:
             direction, half_angle, flux = sun
             rest = float((values.mean(axis=1, dtype=np.float64) * bands).sum() * 2.0 * np.pi)
@@ -104,14 +107,15 @@ class World:
         table["map"] = 1.0 - table["sun"] - table["uniform"]
 
     def _put_map(self, values: np.ndarray, bands: np.ndarray) -> None:
-        table = self._record[0]
+        table = self._table[0]
         self._conditional, self._marginal = importance_map(values, bands)
         self._guide = guide(self._conditional)
         table["height"], table["width"] = values.shape
         for name, array in (("marginal", self._marginal), ("conditional", self._conditional), ("guide", self._guide)):
+            array.flags.writeable = False
             table[name] = address(array)
 
-    def _find_sun(self, scene, values: np.ndarray) -> tuple[np.ndarray, float, float] | None:
+    def _find_sun(self, scene: Scene, values: np.ndarray) -> tuple[np.ndarray, float, float] | None:
         """(direction, half angle, irradiance at normal incidence) of a cone about the sun; it is cut out of the map.
 
         None where no single spot of its size stands out.
@@ -125,7 +129,7 @@ class World:
         center = around.sum(axis=0)
         center /= np.linalg.norm(center)
         pixel = 2.0 * math.pi / width
-        half = 0.5 * self.sun_angle
+        half = 0.5 * self._sun_angle
         if np.arccos(np.clip(around @ center, -1.0, 1.0)).max() > half + 2.0 * pixel:
             return None
         # A finer look, to make the cone no wider than needed.

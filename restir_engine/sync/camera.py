@@ -97,24 +97,25 @@ def read_camera(
     data, matrix, width: int, height: int, warnings, *, aspect=(1.0, 1.0), region=None, focus=None
 ) -> Camera:
     """The `Camera` of a bpy.types.Camera placed by `matrix`. focus: where the focus object is, in world space."""
-    result = Camera(
-        to_world=np.asarray(matrix, np.float64)[:3],
-        width=width,
-        height=height,
-        region=region,
+    kind = data.type if data.type in ("PERSP", "ORTHO", "PANO") else "PERSP"
+    if kind != data.type:
+        warnings.add("Camera", data.name, f"cameras of type {data.type} are rendered as perspective")
+    if kind == "PANO":
+        plane = _read_panorama(data, warnings)
+    else:
+        plane = {"screen": _screen(data, kind, width * aspect[0], height * aspect[1])}
+    to_world = np.asarray(matrix, np.float64)[:3]
+    return Camera(
+        kind,
+        to_world,
+        width,
+        height,
+        region,
         clip_start=data.clip_start,
         clip_end=data.clip_end,
+        **plane,
+        **_read_lens(data, kind, to_world, focus),
     )
-    if data.type in ("PERSP", "ORTHO", "PANO"):
-        result.kind = data.type
-    else:
-        warnings.add("Camera", data.name, f"cameras of type {data.type} are rendered as perspective")
-    if result.kind == "PANO":
-        _read_panorama(result, data, warnings)
-    else:
-        result.screen = _screen(data, result.kind, width * aspect[0], height * aspect[1])
-    _read_lens(result, data, focus)
-    return result
 
 
 def _screen(data, kind: str, width: float, height: float) -> tuple[float, float, float, float]:
@@ -131,23 +132,26 @@ def _screen(data, kind: str, width: float, height: float) -> tuple[float, float,
     return x - half_width, x + half_width, y - half_height, y + half_height
 
 
-def _read_lens(camera: Camera, data, focus) -> None:
+def _read_lens(data, kind: str, to_world: np.ndarray, focus) -> dict:
+    """Fields of `Camera` that say how it blurs."""
     dof = data.dof
     if not dof.use_dof:
-        return
+        return {}
     stop = max(dof.aperture_fstop, 1e-5)
     # A lens of so many millimetres, in metres; an orthographic camera counts as a lens of 1 m.
-    length = 1.0 if camera.kind == "ORTHO" else data.lens * 1e-3
-    camera.aperture = length / (2.0 * stop)
-    camera.focus_distance = dof.focus_distance
+    length = 1.0 if kind == "ORTHO" else data.lens * 1e-3
+    distance = dof.focus_distance
     if focus is not None:
-        axis = camera.to_world[:, 2]
+        axis = to_world[:, 2]
         axis = axis / max(np.linalg.norm(axis), 1e-30)
-        camera.focus_distance = abs(float(axis @ (camera.to_world[:, 3] - focus)))
-    camera.focus_distance = max(camera.focus_distance, 1e-5)
-    camera.blades = dof.aperture_blades
-    camera.blade_rotation = dof.aperture_rotation
-    camera.aperture_ratio = dof.aperture_ratio
+        distance = abs(float(axis @ (to_world[:, 3] - focus)))
+    return {
+        "aperture": length / (2.0 * stop),
+        "focus_distance": max(distance, 1e-5),
+        "blades": dof.aperture_blades,
+        "blade_rotation": dof.aperture_rotation,
+        "aperture_ratio": dof.aperture_ratio,
+    }
 
 
 def _focus_location(data):
@@ -162,17 +166,20 @@ def _focus_location(data):
     return np.array(matrix.translation)
 
 
-def _read_panorama(camera: Camera, data, warnings) -> None:
+def _read_panorama(data, warnings) -> dict:
+    """Fields of `Camera` that say how much of the surroundings a panorama shows."""
     # Up to 4.5 these stand in Cycles' own property group, from 5.0 on in the camera.
     source = data if hasattr(data, "panorama_type") else getattr(data, "cycles", None)
     if source is None:
-        return
+        return {}
     if source.panorama_type != "EQUIRECTANGULAR":
         kind = source.panorama_type.replace("_", " ").lower()
         warnings.add("Camera", data.name, f"a {kind} panorama is rendered as an equirectangular one")
-        return
-    camera.longitude = _limits(source.longitude_min, source.longitude_max, math.pi)
-    camera.latitude = _limits(source.latitude_min, source.latitude_max, math.pi / 2)
+        return {}
+    return {
+        "longitude": _limits(source.longitude_min, source.longitude_max, math.pi),
+        "latitude": _limits(source.latitude_min, source.latitude_max, math.pi / 2),
+    }
 
 
 def _limits(low: float, high: float, most: float) -> tuple[float, float]:

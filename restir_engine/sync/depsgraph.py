@@ -12,6 +12,7 @@ from ..kernels.core.memory import address
 from ..kernels.core.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER
 from ..scene import names
 from ..scene.camera import Camera
+from ..scene.description import SceneDescription
 from ..scene.instances import build_instances, usable
 from ..scene.mesh import Attribute, attribute_table, normals_for
 from ..scene.scene import Scene
@@ -31,18 +32,16 @@ def build_scene(depsgraph, settings) -> Scene:
 
     Raises SceneError where no picture can come of it.
     """
-    scene = read_scene(depsgraph, settings)
-    scene.commit()
-    return scene
+    return read_scene(depsgraph, settings).commit()
 
 
-def read_scene(depsgraph, settings, camera: Camera | None = None, camera_object=None) -> Scene:
+def read_scene(depsgraph, settings, camera: Camera | None = None, camera_object=None) -> SceneDescription:
     """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
 
     camera, or the object camera_object: who looks, where that is not the scene's camera. Raises SceneError where no
     picture can come of it.
     """
-    scene = Scene()
+    scene = SceneDescription()
     scene.frame = depsgraph.scene.frame_current
     scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
     reader = _Reader(scene, depsgraph, settings)
@@ -77,7 +76,7 @@ _NO_ID = 0x7FFFFFFF  # ends a persistent_id, which goes from the innermost insta
 class _Reader:
     """One walk over the instances of a depsgraph."""
 
-    def __init__(self, scene: Scene, depsgraph, settings) -> None:
+    def __init__(self, scene: SceneDescription, depsgraph, settings) -> None:
         self.scene = scene
         self.depsgraph = depsgraph
         self.settings = settings

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from restir_engine.context import FrameContext
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.core.jit import device, kernel
 from restir_engine.kernels.core.memory import address, store_f64
@@ -72,16 +73,16 @@ def _trace(scene, camera, sp, scratch, width, height, mask, name, out):
                 _store_hit(scene, sp, name, at)
 
 
-def ours(scene, attribute_name: str = "", mask: int = rec.RAY_CAMERA) -> dict[str, np.ndarray]:
-    """COLUMNS for each pixel of a committed scene, (height, width, …) bottom row first."""
-    width, height = scene.camera.film_size
-    camera, sp = np.zeros(1, rec.CAMERA), np.zeros(1, rec.SHADING_POINT)
-    camera[0] = scene.camera.record()
+def ours(scene, attribute_name: str = "", mask: int = rec.RAY_CAMERA, camera=None) -> dict[str, np.ndarray]:
+    """COLUMNS for each pixel of a committed scene, (height, width, …) bottom row first; camera: if not the scene's."""
+    context = FrameContext(scene, camera)
+    width, height = context.camera.film_size
+    sp = np.zeros(1, rec.SHADING_POINT)
     scratch = np.zeros(rec.SCRATCH_BYTES + 64, np.uint8)
     start = address(scratch) + -address(scratch) % 64
     out = np.zeros((height, width, WIDTH))
     name = scene.attribute_names.get(attribute_name, -1)
-    _trace(scene.record, camera[0], sp[0], start, width, height, mask, name, address(out))
+    _trace(context.record, context.camera_record, sp[0], start, width, height, mask, name, address(out))
     return {key: out[..., column] for key, column in COLUMNS.items()}
 
 

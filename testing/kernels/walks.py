@@ -34,9 +34,9 @@ from restir_engine.kernels.lobes.closure import (
 )
 from restir_engine.kernels.subsurface.method_table import EXACT_WALKS
 from restir_engine.kernels.subsurface.methods import scatter, scatter_entries
+from restir_engine.scene.description import SceneDescription
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
-from restir_engine.scene.scene import Scene
 from restir_engine.scene.shaders import Program
 from restir_engine.settings import RenderSettings
 
@@ -103,13 +103,13 @@ class Body:
     """One object made of a medium."""
 
     def __init__(self, vertices, triangles, matrix=None, flags=rec.MATERIAL_SUBSURFACE, **mesh) -> None:
-        self.scene = Scene()
-        self.scene.meshes.append(Mesh(np.asarray(vertices), np.asarray(triangles), **mesh))
-        material = self.scene.shaders.add(Program(flags=flags))
+        scene = SceneDescription()
+        scene.meshes.append(Mesh(np.asarray(vertices), np.asarray(triangles), **mesh))
+        material = scene.shaders.add(Program(flags=flags))
         matrix = np.eye(4) if matrix is None else np.asarray(matrix)
-        self.scene.instances = build_instances(matrix[None], [0], n_materials=1, seen_by=rec.RAY_ALL)
-        self.scene.material_slots = np.array([material], np.int32)
-        self.scene.commit()
+        scene.instances = build_instances(matrix[None], [0], n_materials=1, seen_by=rec.RAY_ALL)
+        scene.material_slots = np.array([material], np.int32)
+        self.scene = scene.commit()
         self.table = np.zeros(rec.FILTER_TABLE_SIZE, np.float32)
 
     def walks(

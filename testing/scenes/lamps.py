@@ -1,10 +1,11 @@
 """Lamps of every kind and size, and scenes of one kind of light each; all shine on the origin."""
 
+from restir_engine.scene.description import SceneDescription
 from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 from restir_engine.scene.scene import Scene
 from restir_engine.scene.world import World
 
-from .lights import emission_program, lamp_scene, matrix, mesh_scene
+from .lights import emission_program, lamp_scene, matrix, mesh_description
 
 WHITE = (1.0, 1.0, 1.0)
 UP = (0.0, 0.0, 1.0)
@@ -42,19 +43,24 @@ DELTAS = {
 }
 
 
-def quad():
+def quad_description() -> SceneDescription:
     """A quad and a far triangle that emit, in two placements, one mirrored."""
     vertices = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (60, 60, 0), (62, 60, 1), (60, 61, 0)]
     matrices = [matrix((0.5, 0.2, 2.0), (0.3, 0.1, 1.0)), matrix((-2.0, 0.0, 1.0)) * [-1.0, 0.7, 1.0, 1.0]]
-    return mesh_scene(vertices, [(0, 1, 2), (0, 2, 3), (4, 5, 6)], emission_program((2.0, 1.0, 0.5)), matrices)
+    program = emission_program((2.0, 1.0, 0.5))
+    return mesh_description(vertices, [(0, 1, 2), (0, 2, 3), (4, 5, 6)], program, matrices)
 
 
-def sky():
+def quad() -> Scene:
+    """The same, committed."""
+    return quad_description().commit()
+
+
+def sky() -> Scene:
     """A world of constant radiance that is sampled by a map."""
-    scene = Scene()
+    scene = SceneDescription()
     scene.world = World(material=scene.shaders.add(emission_program((1.0, 2.0, 3.0))), map_width=32)
-    scene.commit()
-    return scene
+    return scene.commit()
 
 
 SCENES = {name: (lambda lamp=lamp: lamp_scene(lamp)) for name, lamp in (LAMPS | DELTAS).items()} | {

@@ -4,6 +4,7 @@ import numpy as np
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.shading import opcodes as ops
+from restir_engine.scene.description import SceneDescription
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
 from restir_engine.scene.scene import Scene
@@ -26,23 +27,30 @@ def matrix(location=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0)) -> np.ndarray:
     return np.column_stack([x, np.cross(z, x), z, location])
 
 
-def lamp_scene(*lamps) -> Scene:
-    """A committed scene of lamps alone."""
-    scene = Scene()
+def lamp_description(*lamps) -> SceneDescription:
+    """Lamps alone."""
+    scene = SceneDescription()
     scene.lights.lamps = np.concatenate(lamps)
-    scene.material_slots = np.zeros(0, np.int32)
-    scene.commit()
     return scene
 
 
-def mesh_scene(vertices, triangles, program: Program, matrices=None) -> Scene:
-    """A committed scene of instances of one emissive mesh."""
-    scene = Scene()
+def lamp_scene(*lamps) -> Scene:
+    """A committed scene of lamps alone."""
+    return lamp_description(*lamps).commit()
+
+
+def mesh_description(vertices, triangles, program: Program, matrices=None) -> SceneDescription:
+    """Instances of one emissive mesh."""
+    scene = SceneDescription()
     scene.shaders.add(program)
     scene.meshes = [Mesh(np.asarray(vertices, np.float32), np.asarray(triangles, np.uint32))]
     matrices = [matrix()] if matrices is None else matrices
     matrices = np.stack([np.asarray(m).reshape(12) for m in matrices])
     scene.material_slots = np.zeros(1, np.int32)
     scene.instances = build_instances(matrices, np.zeros(len(matrices), int), n_materials=1, seen_by=rec.RAY_ALL)
-    scene.commit()
     return scene
+
+
+def mesh_scene(vertices, triangles, program: Program, matrices=None) -> Scene:
+    """A committed scene of instances of one emissive mesh."""
+    return mesh_description(vertices, triangles, program, matrices).commit()

@@ -60,9 +60,7 @@ def _frame(at: dict[str, int], size: int) -> Scene:
     place = matrix((-0.6 + x, -0.4, 1.6), (0.2 - x, 0.0, 1.0))
     b.lamp(area_lamp(place, 10.0 * np.ones(3), 0.25 + 0.1 * x, 0.2, key=1, seen_by=UNSEEN))
     x = 0.1 * at["camera"]
-    scene = b.finish(look((0.1 + x, -1.9 + 0.3 * x, 2.4), (0.3 * x, 0.1, 0.1), size))
-    scene.instances["key"] = np.arange(len(scene.instances)) + 1
-    return scene
+    return b.finish(look((0.1 + x, -1.9 + 0.3 * x, 2.4), (0.3 * x, 0.1, 0.1), size))
 
 
 def reuse_of(**options) -> ReuseSettings:

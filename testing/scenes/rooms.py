@@ -7,6 +7,7 @@ from restir_engine.kernels.lobes import nodes
 from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.kernels.shading.textures.opcodes import CHECKER
 from restir_engine.scene.camera import Camera
+from restir_engine.scene.description import SceneDescription
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 from restir_engine.scene.mesh import Mesh
@@ -52,19 +53,19 @@ def checkered(color, other, size: float) -> Program:
 
 
 class Builder:
-    """Collects objects and lamps; `scene` commits them."""
+    """Collects objects and lamps in a description, `scene`, which `finish` commits."""
 
     def __init__(self) -> None:
-        self.scene = Scene()
+        self.scene = SceneDescription()
         self._placed: list[tuple[np.ndarray, int, int, int]] = []
         self._meshes: dict[int, int] = {}
 
     def add(self, shape, material: Program, place, seen_by: int = rec.RAY_ALL) -> int:
-        """Place a mesh; the index of its instance."""
+        """Place a `Mesh`, or (vertices, triangles); the index of its instance."""
         index = self._meshes.get(id(shape))
         if index is None:
             index = self._meshes[id(shape)] = len(self.scene.meshes)
-            self.scene.meshes.append(Mesh(*(np.asarray(a) for a in shape)))
+            self.scene.meshes.append(shape if isinstance(shape, Mesh) else Mesh(*(np.asarray(a) for a in shape)))
         self._placed.append((np.asarray(place).reshape(12), index, self.scene.shaders.add(material), seen_by))
         return len(self._placed) - 1
 
@@ -72,6 +73,9 @@ class Builder:
         self.scene.lights.add(lamp)
 
     def finish(self, camera: Camera) -> Scene:
+        return self.describe(camera).commit()
+
+    def describe(self, camera: Camera) -> SceneDescription:
         matrices, meshes, materials, seen_by = zip(*self._placed, strict=True)
         self.scene.material_slots = np.array(materials, np.int32)
         self.scene.instances = build_instances(
@@ -80,9 +84,9 @@ class Builder:
             n_materials=1,
             materials=np.arange(len(meshes)),
             seen_by=np.array(seen_by),
+            key=np.arange(len(meshes)) + 1,
         )
         self.scene.camera = camera
-        self.scene.commit()
         return self.scene
 
 

@@ -6,6 +6,8 @@ from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.lobes.nodes import ENTRIES, GLASS, SUBSURFACE
 from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.kernels.subsurface.parameters import METHODS, POSITIVE
+from restir_engine.scene.camera import Camera
+from restir_engine.scene.description import SceneDescription
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.mesh import Mesh
 from restir_engine.scene.scene import Scene
@@ -39,12 +41,12 @@ def singular_program(opcode: int, *inputs) -> Program:
     return Program(np.array([opcode, len(words), *words, ops.END, 0], np.int32), np.array(constants, float))
 
 
-def scatter_scene(mesh: Mesh, program: Program, lamps=(), sky=0.0, others=()) -> Scene:
-    """An object at its own place under lamps and an even sky of radiance `sky`; not committed.
+def scatter_scene(mesh: Mesh, program: Program, lamps=(), sky=0.0, others=()) -> SceneDescription:
+    """An object at its own place under lamps and an even sky of radiance `sky`.
 
     others: (mesh, program) of further objects.
     """
-    scene = Scene()
+    scene = SceneDescription()
     objects = [(mesh, program), *others]
     scene.meshes = [item for item, _ in objects]
     scene.material_slots = np.array([scene.shaders.add(item) for _, item in objects], np.int32)
@@ -57,7 +59,7 @@ def scatter_scene(mesh: Mesh, program: Program, lamps=(), sky=0.0, others=()) ->
     return scene
 
 
-def look(scene: Scene, eye, target=(0.0, 0.0, 0.0), width=64, height=64, size=2.0) -> Scene:
+def look(scene: SceneDescription, eye, target=(0.0, 0.0, 0.0), width=64, height=64, size=2.0) -> SceneDescription:
     """An orthographic view of `size` scene units across, upright."""
     place = np.eye(4)
     z = np.subtract(eye, target, dtype=float)
@@ -67,13 +69,14 @@ def look(scene: Scene, eye, target=(0.0, 0.0, 0.0), width=64, height=64, size=2.
     place[:3, :3] = np.column_stack([x, np.cross(z, x), z])
     place[:3, 3] = eye
     half, ratio = 0.5 * size, height / width
-    scene.camera.kind, scene.camera.to_world = "ORTHO", place
-    scene.camera.width, scene.camera.height = width, height
-    scene.camera.screen = (-half, half, -half * ratio, half * ratio)
+    screen = (-half, half, -half * ratio, half * ratio)
+    scene.camera = Camera("ORTHO", place, width, height, screen=screen)
     return scene
 
 
-def render(scene: Scene, samples: int, passes=("Combined",), threads=1, **settings) -> dict[str, np.ndarray]:
+def render(
+    scene: Scene | SceneDescription, samples: int, passes=("Combined",), threads=1, **settings
+) -> dict[str, np.ndarray]:
     """The passes (height, width, channels) after so many samples; no bounces between objects unless asked for."""
     defaults = {"max_bounces": 0, "pixel_filter": "BOX", "samples": samples, "threads": threads}
     session = Session(scene, RenderSettings(passes=frozenset(passes), **defaults | settings))
@@ -83,14 +86,13 @@ def render(scene: Scene, samples: int, passes=("Combined",), threads=1, **settin
 
 def scene_of(vertices, triangles, placement=None) -> Scene:
     """A committed scene of one object that scatters light."""
-    scene = Scene()
+    scene = SceneDescription()
     scene.shaders.add(Program(flags=rec.MATERIAL_SUBSURFACE))
     scene.meshes = [Mesh(np.asarray(vertices, np.float32), np.asarray(triangles, np.uint32))]
     scene.material_slots = np.zeros(1, np.int32)
     place = (matrix() if placement is None else np.asarray(placement)).reshape(1, 12)
     scene.instances = build_instances(place, np.zeros(1, int), n_materials=1, seen_by=rec.RAY_ALL)
-    scene.commit()
-    return scene
+    return scene.commit()
 
 
 def slab(b: float) -> Mesh:

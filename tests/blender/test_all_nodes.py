@@ -7,7 +7,7 @@ import pytest
 from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.scene.warnings import Warnings
 from restir_engine.settings import RenderSettings
-from restir_engine.sync.depsgraph import build_scene
+from restir_engine.sync.depsgraph import read_scene
 from restir_engine.sync.materials import Materials
 from restir_engine.sync.nodes.registry import CLOSURES, NODES
 from restir_engine.sync.nodes.sockets import kind_of
@@ -32,7 +32,7 @@ def shader_nodes() -> list[str]:
 
 @pytest.fixture(scope="module")
 def scene():
-    """A committed scene of one plane with one material."""
+    """One plane with one material."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.mesh.primitive_plane_add(size=4.0)
     bpy.context.object.data.materials.append(bpy.data.materials.new("Every node"))
@@ -41,14 +41,13 @@ def scene():
     bpy.context.scene.collection.objects.link(camera)
     bpy.context.scene.camera = camera
     bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 4
-    return build_scene(bpy.context.evaluated_depsgraph_get(), RenderSettings())
+    return read_scene(bpy.context.evaluated_depsgraph_get(), RenderSettings())
 
 
 def run(scene, material) -> np.ndarray:
     """What the material emits, after it has taken the place of the scene's only one."""
     scene.shaders.replace(0, scene.shaders[Materials(scene).index(material)])
-    scene.commit()
-    return emission(scene)
+    return emission(scene.commit())
 
 
 def material_with(name: str):

@@ -9,13 +9,13 @@ import pytest
 from restir_engine.kernels.core.records import (
     RAY_ALL,
 )
-from restir_engine.scene.scene import Scene
+from restir_engine.scene.description import SceneDescription
 from restir_engine.sync.lights import sync_light
 from restir_engine.sync.materials import Materials
 from testing.blender.plane import cycles, plane_irradiance
 
 
-def read_lights(scene: Scene, seen_by: int) -> Scene:
+def read_lights(scene: SceneDescription, seen_by: int) -> SceneDescription:
     materials = Materials(scene)
     for instance in bpy.context.evaluated_depsgraph_get().object_instances:
         if instance.object.type == "LIGHT":
@@ -24,8 +24,8 @@ def read_lights(scene: Scene, seen_by: int) -> Scene:
 
 
 def ours() -> np.ndarray:
-    scene = read_lights(Scene(), RAY_ALL)
-    scene.commit()
+    scene = read_lights(SceneDescription(), RAY_ALL)
+    scene = scene.commit()
     assert not scene.warnings.lines()
     return plane_irradiance(scene, 256)
 
@@ -100,7 +100,7 @@ def test_light_settings(stage):
     light = stage.objects["lamp"].data
     light.cycles.max_bounces = 3
     light.cycles.use_multiple_importance_sampling = False
-    scene = read_lights(Scene(), 5)
+    scene = read_lights(SceneDescription(), 5)
     lamp = scene.lights.lamps[0]
     assert lamp["max_bounces"] == 3
     assert lamp["seen_by"] == 5

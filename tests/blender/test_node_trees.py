@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from restir_engine.kernels.core import records as rec
-from restir_engine.scene.scene import Scene
+from restir_engine.scene.description import SceneDescription
 from restir_engine.settings import RenderSettings
 from restir_engine.sync.depsgraph import build_scene
 from restir_engine.sync.materials import Materials
@@ -161,7 +161,7 @@ def _compile(build):
     material.node_tree.nodes.clear()
     output = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
     material.node_tree.links.new(build(material.node_tree), output.inputs["Surface"])
-    scene = Scene()
+    scene = SceneDescription()
     program = scene.shaders[Materials(scene).index(material)]
     return program, scene.warnings.lines()
 
@@ -235,7 +235,7 @@ def test_a_volume_without_surface_is_the_boundary_of_a_medium():
     tree.nodes.clear()
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(add_node(tree, "ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
-    scene = Scene()
+    scene = SceneDescription()
     program = scene.shaders[Materials(scene).index(material)]
     assert program.flags == rec.MATERIAL_TRANSPARENT | rec.MATERIAL_MEDIUM | rec.MATERIAL_BOUNDARY
     assert program.medium > 0 and not len(scene.warnings)
@@ -290,7 +290,7 @@ def test_light_and_world_trees_compile():
     light = bpy.data.lights.new("Tree", "POINT")
     if bpy.app.version < (5, 0, 0):
         world.use_nodes = light.use_nodes = True
-    scene = Scene()
+    scene = SceneDescription()
     materials = Materials(scene)
     assert materials.compile_light(light) == -1  # an emission of 1 is none of a program's business
     program = scene.shaders[materials.compile_world(world)]

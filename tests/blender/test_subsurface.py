@@ -11,7 +11,7 @@ from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address
 from restir_engine.kernels.lobes import closure as c
 from restir_engine.kernels.shading.interpreter import shader_eval
-from restir_engine.scene.scene import Scene
+from restir_engine.scene.description import SceneDescription
 from restir_engine.sync.materials import Materials
 from testing.blender.nodes import add_node
 
@@ -46,9 +46,9 @@ def _evaluate(scene, sp):
     shader_eval(scene, sp)
 
 
-def compiled(result) -> tuple[Scene, int]:
-    """The scene and the flags of the compiled material."""
-    scene = Scene()
+def compiled(result) -> tuple[SceneDescription, int]:
+    """The description and the flags of the compiled material."""
+    scene = SceneDescription()
     index = Materials(scene).index(result)
     return scene, scene.shaders[index].flags
 
@@ -57,7 +57,7 @@ def lobes(result) -> np.ndarray:
     """The closures that the material makes at a point that is seen from straight above."""
     scene, _ = compiled(result)
     assert scene.warnings.lines() == []
-    scene.commit()
+    scene = scene.commit()
     sp, registers = np.zeros(1, rec.SHADING_POINT), np.zeros(rec.MAX_REGISTERS)
     closures = np.zeros(rec.MAX_CLOSURES, rec.CLOSURE)
     point = sp[0]

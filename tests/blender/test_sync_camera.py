@@ -1,6 +1,7 @@
 """Cameras against Blender's projection and, pixel by pixel, against the points that Cycles' camera rays hit."""
 
 import math
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -148,9 +149,8 @@ def test_lens(room, kind, blades):
     expected = probe.probe(position, -10.0, 10.0)
     camera = sync_camera(bpy.context.evaluated_depsgraph_get(), Warnings())
     assert camera.focus_distance == pytest.approx(2.0)
-    sharp = probe.rendered_scene()
-    sharp.camera.aperture = 0.0
-    rays = probe.ours(sharp)
+    scene = probe.rendered_scene()
+    rays = probe.ours(scene, camera=replace(scene.camera, aperture=0.0))
     matrix = camera.record()["to_world"].reshape(3, 4)
     axes, centre = matrix[:, :3], matrix[:, 3]
     d = rays["d"]

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from restir_engine.scene.scene import Scene
+from restir_engine.scene.description import SceneDescription
 from restir_engine.sync.images import image_index, refresh_image, tile_indices
 
 
@@ -26,7 +26,7 @@ def user():
 
 
 def test_bytes_stay_bytes_and_are_kept_once():
-    scene, image = Scene(), picture()
+    scene, image = SceneDescription(), picture()
     first = image_index(scene, image, user(), pytest.fail)
     assert image_index(scene, image, user(), pytest.fail) == first == 0
     assert len(scene.images) == 1 and scene.images.nbytes == 4 * 2 * 4
@@ -35,13 +35,13 @@ def test_bytes_stay_bytes_and_are_kept_once():
 
 
 def test_floats_stay_floats():
-    scene = Scene()
+    scene = SceneDescription()
     image_index(scene, picture(is_float=True, values=(5.0, 0.4, 0.6, 1.0)), user(), pytest.fail)
     assert scene.images.nbytes == 4 * 2 * 4 * 4 and scene.images.records()[0]["decode"] == 0
 
 
 def test_pixels_that_are_not_numbers_are_black():
-    scene, image = Scene(), picture(is_float=True)
+    scene, image = SceneDescription(), picture(is_float=True)
     values = np.full((8, 4), 0.5, np.float32)
     values[1, 2], values[2, 0] = np.nan, np.inf
     image.pixels.foreach_set(values.ravel())
@@ -51,7 +51,7 @@ def test_pixels_that_are_not_numbers_are_black():
 
 
 def test_a_changed_image_is_replaced_in_place():
-    scene, image = Scene(), picture()
+    scene, image = SceneDescription(), picture()
     index = image_index(scene, image, user(), pytest.fail)
     before = scene.images.records()[index]["pixels"]
     image.scale(8, 8)
@@ -67,10 +67,10 @@ def test_memory_that_blender_did_not_use_is_given_back(tmp_path):
     image.save()
     loaded = bpy.data.images.load(str(tmp_path / "file.png"))
     loaded.buffers_free()
-    image_index(Scene(), loaded, user(), pytest.fail)
+    image_index(SceneDescription(), loaded, user(), pytest.fail)
     assert not loaded.has_data
     assert loaded.pixels[0] == pytest.approx(0.2, abs=1e-6)  # loaded now, and so it stays
-    image_index(Scene(), loaded, user(), pytest.fail)
+    image_index(SceneDescription(), loaded, user(), pytest.fail)
     assert loaded.has_data
 
 
@@ -83,7 +83,7 @@ def test_nothing_is_left_behind(space, tmp_path):
     loaded.colorspace_settings.name = space
     loaded.alpha_mode = "PREMUL"
     names = [item.name for item in bpy.data.images]
-    scene = Scene()
+    scene = SceneDescription()
     assert image_index(scene, loaded, user(), pytest.fail) == 0
     assert [item.name for item in bpy.data.images] == names
     assert (loaded.colorspace_settings.name, loaded.alpha_mode) == (space, "PREMUL")
@@ -95,7 +95,7 @@ def test_missing_files_warn_and_are_magenta():
     lost.source = "FILE"
     lost.filepath = "/nowhere/lost.png"
     lost.reload()
-    assert image_index(Scene(), lost, user(), said.append) == -1
+    assert image_index(SceneDescription(), lost, user(), said.append) == -1
     assert len(said) == 1 and "lost" in said[0]
 
 
@@ -104,7 +104,7 @@ def test_a_missing_frame_is_named():
     sequence = bpy.data.images.new("shot", 4, 4)
     sequence.source = "SEQUENCE"
     sequence.filepath = "/nowhere/shot_0001.png"
-    scene = Scene()
+    scene = SceneDescription()
     scene.frame = 12
     frames = user()
     frames.frame_duration, frames.frame_start = 100, 1
@@ -121,5 +121,5 @@ def test_missing_tiles_are_missing_alone(tmp_path):
     tiled.filepath = str(tmp_path / "tile.<UDIM>.png")
     tiled.tiles.new(1002)
     said = []
-    assert tile_indices(Scene(), tiled, said.append) == {1001: 0, 1002: -1}
+    assert tile_indices(SceneDescription(), tiled, said.append) == {1001: 0, 1002: -1}
     assert "tile 1002" in said[0]

@@ -9,7 +9,7 @@ import pytest
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.scene import names
-from restir_engine.scene.scene import Scene
+from restir_engine.scene.description import SceneDescription
 from restir_engine.sync.mesh import read_mesh
 from testing.blender import probe
 
@@ -234,7 +234,7 @@ def test_material_slots():
         [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)], [(0, 1, 2, 3), (1, 4, 5), (1, 5, 2)]
     )
     data.polygons.foreach_set("material_index", [2, 0, 1])
-    mesh = read_mesh(Scene(), data)
+    mesh = read_mesh(SceneDescription(), data)
     np.testing.assert_array_equal(mesh.triangles, [[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]])
     np.testing.assert_array_equal(mesh.polygons, [0, 0, 1, 2])
     np.testing.assert_array_equal(mesh.corners, [[0, 1, 2], [0, 2, 3], [4, 5, 6], [7, 8, 9]])
@@ -249,7 +249,7 @@ def test_modifiers_and_shape_keys_move_vertices(monkey):
         point.co.z += 1.0
     key.value = 0.5
     before = np.array([vertex.co for vertex in monkey.data.vertices])
-    scene = Scene()
+    scene = SceneDescription()
     mesh = read_mesh(scene, evaluated(monkey))
     np.testing.assert_allclose(mesh.vertices - before, np.tile([0.0, 0.0, 0.5], (len(before), 1)), atol=1e-6)
     faces = [face.loop_total for face in monkey.data.polygons]
@@ -274,7 +274,7 @@ def test_byte_colours_are_linear():
     attribute = data.color_attributes.new("Paint", "BYTE_COLOR", "CORNER")
     for item, value in zip(attribute.data, (0.0, 0.5, 1.0), strict=True):
         item.color_srgb = (value, value, value, value)
-    scene = Scene()
+    scene = SceneDescription()
     index = scene.attribute_name("Paint")
     found = read_mesh(scene, data).attribute(index)
     assert found.domain == rec.DOMAIN_CORNER
@@ -306,7 +306,7 @@ def test_bad_vertices_are_dropped_with_a_warning():
     data = new_mesh(
         [(0, 0, 0), (1, 0, 0), (0, 1, 0), (math.nan, 0, 0), (math.inf, 1, 1)], [(0, 1, 2), (0, 1, 3), (1, 2, 4)]
     )
-    scene = Scene()
+    scene = SceneDescription()
     mesh = read_mesh(scene, data)
     assert len(mesh.triangles) == 1 and np.isfinite(mesh.vertices).all()
     assert "2 triangles" in scene.warnings.lines()[0] and data.name in scene.warnings.lines()[0]
@@ -314,7 +314,7 @@ def test_bad_vertices_are_dropped_with_a_warning():
 
 def test_meshes_without_faces_are_nothing():
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = Scene()
+    scene = SceneDescription()
     assert read_mesh(scene, new_mesh([(0, 0, 0), (1, 0, 0)], [])) is None
     assert read_mesh(scene, new_mesh([], [])) is None
     assert len(scene.warnings) == 0

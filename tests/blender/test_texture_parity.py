@@ -379,7 +379,7 @@ def test_skies():
 
 @pytest.mark.parametrize("identifier", ["ShaderNodeTexIES", "ShaderNodeTexPointDensity"])
 def test_what_is_not_supported_warns(identifier):
-    from restir_engine.scene.scene import Scene
+    from restir_engine.scene.description import SceneDescription
     from restir_engine.sync.nodes import Compiler
 
     if not hasattr(bpy.types, identifier):
@@ -391,7 +391,7 @@ def test_what_is_not_supported_warns(identifier):
     tree.links.new(add_node(tree, identifier).outputs[0], emission.inputs["Color"])
     output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
     tree.links.new(emission.outputs[0], output.inputs["Surface"])
-    scene = Scene()
+    scene = SceneDescription()
     program = Compiler(scene, "Material", "Odd").compile(tree)
     assert len(program.code)
     assert any("Odd" in line for line in scene.warnings.lines())

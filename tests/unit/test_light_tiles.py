@@ -13,19 +13,18 @@ from restir_engine.scene.light_tiles import LightTiles
 from restir_engine.scene.world import World
 from testing.kernels.light_tiles import from_tiles, resample
 from testing.kernels.lights import scratch_memory, seen
-from testing.scenes.lamps import DELTAS, LAMPS, SCENES, WHITE, quad
-from testing.scenes.lights import emission_program, lamp_scene, matrix
+from testing.scenes.lamps import DELTAS, LAMPS, SCENES, WHITE, quad, quad_description
+from testing.scenes.lights import emission_program, lamp_description, lamp_scene, matrix
 
 PLACE = (0.3, 0.1, 0.2)
 
 
 def mixed():
     """Triangles, two lamps, a sun and a world."""
-    scene = quad()
+    scene = quad_description()
     scene.lights.lamps = np.concatenate([LAMPS["area disk"], LAMPS["point sphere"], LAMPS["sun"]])
     scene.world = World(material=scene.shaders.add(emission_program((0.1, 0.2, 0.1))), map_width=32)
-    scene.commit()
-    return scene
+    return scene.commit()
 
 
 SCENES = SCENES | {"mixed": mixed}
@@ -138,10 +137,10 @@ def test_more_candidates_less_noise():
 
 def test_a_dark_estimate_does_not_hide_a_light():
     """A lamp whose program is estimated as dark is still chosen sometimes."""
-    scene = lamp_scene(point_lamp(matrix((0, 0, 2)), WHITE, 0.5))
+    scene = lamp_description(point_lamp(matrix((0, 0, 2)), WHITE, 0.5))
     index = scene.shaders.add(emission_program((0.0, 0.0, 0.0)))
     scene.lights.lamps["material"] = index
-    scene.commit()
+    scene = scene.commit()
     tiles = LightTiles(scene, 2, 64)
     FrameContext(scene, tiles=tiles).fill_tiles(1, scratch_memory())
     assert (tiles.emission[:, :, tile_weights.POWER : tile_weights.POWER + 3] > 0.0).all()

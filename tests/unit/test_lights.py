@@ -12,7 +12,7 @@ from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 from testing.kernels.lights import draw, irradiance, seen
 from testing.measures import close, polygon_irradiance
 from testing.scenes.lamps import LAMPS, POINTS, UP, WHITE
-from testing.scenes.lights import emission_program, lamp_scene, matrix
+from testing.scenes.lights import emission_program, lamp_description, lamp_scene, matrix
 
 
 @pytest.mark.parametrize("point", POINTS)
@@ -215,9 +215,9 @@ def test_visibility_and_bounces():
 
 
 def test_program_of_a_lamp_multiplies_its_strength():
-    scene = lamp_scene(point_lamp(ABOVE, WHITE, 0.5))
+    scene = lamp_description(point_lamp(ABOVE, WHITE, 0.5))
     scene.lights.lamps["material"] = scene.shaders.add(emission_program((2.0, 3.0, 0.0)))
-    scene.commit()
+    scene = scene.commit()
     s = draw(scene, (0, 0, 0), 10)
     np.testing.assert_allclose(s[:, 5:8] / scene.lights.lamps["strength"][0, 0], [[2.0, 3.0, 0.0]] * 10)
     np.testing.assert_allclose(seen(scene, (0, 0, 0), [UP])[0, :3], s[0, 5:8])

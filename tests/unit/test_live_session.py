@@ -18,7 +18,7 @@ SETTINGS = RenderSettings(samples=4, max_bounces=0, seed=3, threads=1)
 
 
 def scene_of(power: float = 100.0):
-    """A floor under a lamp; not committed."""
+    """A floor under a lamp."""
     b = Builder()
     b.add(QUAD, diffuse((0.6, 0.5, 0.4)), scaled(matrix(), 3.0, 3.0, 1.0))
     b.lamp(point_lamp(matrix((0.5, 0.0, 1.5)), (power, power, power), 0.1))

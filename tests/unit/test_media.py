@@ -1,6 +1,7 @@
 """Media against closed forms: extinction, emission, single scattering, furnaces, and which media count where."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,8 +101,7 @@ def test_a_camera_inside_starts_in_the_medium():
     b = stage()
     cube(b, medium(absorption=SIGMA))
     cube(b, medium(absorption=1.0), (0.0, 0.0, 3.0), 0.5)  # above: the ray upwards enters and leaves it
-    camera = along_y(y=0.0)
-    camera.clip_start = 0.5
+    camera = replace(along_y(y=0.0), clip_start=0.5)
     assert picture(b, camera=camera) == pytest.approx(np.broadcast_to(np.exp(-0.5 * SIGMA), (8, 8, 3)), rel=1e-4)
 
 

@@ -52,7 +52,7 @@ def ours(shape, color, radius, g, samples):
     program = subsurface_program(color, radius, g, entry="DIFFUSE")
     place = np.column_stack([np.eye(3), LAMP])
     scene = scatter_scene(Mesh(*shape), program, [point_lamp(place, 4.0 * np.pi * POWER * np.ones(3), 0.0)])
-    scattering.look(scene, EYE, width=SIZE, height=SIZE, size=WIDTH).commit()
+    scene = scattering.look(scene, EYE, width=SIZE, height=SIZE, size=WIDTH).commit()
     bounces = {f"{kind}_bounces": 1000 for kind in ("max", "diffuse", "glossy", "transmission")}
     settings = {"exact_walks": True, "sss_after_diffuse": "ALWAYS", "threads": 2, **bounces}
     return np.stack([

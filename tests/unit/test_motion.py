@@ -16,6 +16,7 @@ from restir_engine.kernels.core.memory import address, store_f64, store_i64
 from restir_engine.kernels.core.vec import store3_f64, vec
 from restir_engine.kernels.geometry.surface import surface_point
 from restir_engine.scene.camera import Camera
+from restir_engine.scene.description import SceneDescription
 from restir_engine.scene.instances import build_instances
 from restir_engine.scene.lamps import point_lamp, sun_lamp
 from restir_engine.scene.mesh import Mesh
@@ -47,7 +48,7 @@ def source_kernel(motion, source, primitive, out):
 
 
 def a_scene(matrices, keys, meshes=None, lamps=(), camera=None) -> Scene:
-    scene = Scene()
+    scene = SceneDescription()
     scene.shaders.add(emission_program((1.0, 1.0, 1.0)))
     scene.meshes = meshes or [Mesh(TRIANGLE, np.array([[0, 1, 2]], np.uint32))]
     scene.material_slots = np.zeros(1, np.int32)
@@ -61,8 +62,7 @@ def a_scene(matrices, keys, meshes=None, lamps=(), camera=None) -> Scene:
     for lamp in lamps:
         scene.lights.add(lamp)
     scene.camera = camera or Camera(width=40, height=20, screen=(-1.0, 1.0, -0.5, 0.5))
-    scene.commit()
-    return scene
+    return scene.commit()
 
 
 def place(now: Scene, before: Scene, instance: int, u: float = 0.25, v: float = 0.5) -> np.ndarray:
@@ -131,13 +131,13 @@ def test_lights_keep_their_points_by_key():
     before = a_scene([matrix(), matrix()], [5, 6], lamps=[sun, lamp(0.0, 31), lamp(1.0, 32), lamp(2.0, 33)])
     now = a_scene([matrix(), matrix()], [6, 7], lamps=[lamp(2.0, 33), lamp(0.0, 31, 0.0), sun])
     motion = Motion(now, before)
-    for index in range(len(now.lights.committed)):
-        key = now.lights.committed["key"][index]
+    for index in range(len(now.lights.lamps)):
+        key = now.lights.lamps["key"][index]
         there, _ = sources(motion, index, rec.POINT_ON_LAMP)
         if key == 31:  # it has lost its size
             assert there == -1
             continue
-        assert before.lights.committed["key"][there] == key
+        assert before.lights.lamps["key"][there] == key
         assert sources(motion, there, rec.POINT_ON_LAMP)[1] == index
     assert [sources(motion, i, 0)[0] for i in range(2)] == [1, -1]
     assert [sources(motion, i, 0)[1] for i in range(2)] == [-1, 0]

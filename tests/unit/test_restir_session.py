@@ -9,7 +9,6 @@ from restir_engine import session as sessions
 from restir_engine.integrators.restir.integrator import RestirIntegrator
 from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene.lamps import area_lamp
-from restir_engine.scene.warnings import Warnings
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
 from testing.scenes.lights import matrix
@@ -70,7 +69,7 @@ def test_what_is_cancelled_before_it_reaches_the_film_is_no_picture(scene, monke
 # The picture of V̄ ---------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def shadows():
     """A floor and a card above it, a reddish lamp on the left and a bluish one on the right."""
     b = Builder()
@@ -120,7 +119,6 @@ def test_the_pass_shows_shadows_by_channel(shadows):
 
 @pytest.mark.parametrize("settings", [{"integrator": "PATH"}, {"integrator": "RESTIR"}])
 def test_where_nothing_is_estimated_the_pass_is_empty_and_says_why(shadows, settings):
-    shadows.warnings = Warnings()
     image, warnings = visibility_pass(shadows, samples=1, **settings)
     assert not image.any()
     assert any("Visibility Estimate" in line and "ReSTIR" in line for line in warnings)

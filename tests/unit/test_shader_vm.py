@@ -29,10 +29,10 @@ class Machine:
 
     def __init__(self, instructions, constants=(), table=()):
         code = [word for op, *words in instructions for word in (op, len(words), *words)] + [ops.END, 0]
-        shaders = ShaderTable()
-        shaders.table(np.array([*table, 0.0]))
-        shaders.add(Program(np.array(code, np.int32), np.array(constants, np.float64)))
-        shaders.commit()
+        programs = ShaderTable()
+        programs.table(np.array([*table, 0.0]))
+        programs.add(Program(np.array(code, np.int32), np.array(constants, np.float64)))
+        shaders = programs.layout()
         self.keep = [shaders, shader_entries(shaders.code), np.zeros(1, rec.CAMERA)]
         self.scene, self.point = np.zeros(1, rec.SCENE), np.zeros(1, rec.SHADING_POINT)
         self.registers, self.closures = np.full(rec.MAX_REGISTERS, np.nan), np.zeros(rec.MAX_CLOSURES, rec.CLOSURE)

@@ -8,30 +8,32 @@ import pytest
 from scipy.stats import chi2
 
 from restir_engine.kernels.core import records as rec
+from restir_engine.scene.description import SceneDescription
 from restir_engine.scene.lamps import area_lamp, point_lamp
+from restir_engine.scene.lights import LightTable
 from restir_engine.scene.scene import Scene
 from testing.kernels.lights import draw, irradiance, seen, triangle_densities
 from testing.measures import close, polygon_irradiance
 from testing.scenes.lamps import UP, WHITE
-from testing.scenes.lights import emission_program, lamp_scene, matrix, mesh_scene
+from testing.scenes.lights import emission_program, lamp_scene, matrix, mesh_description, mesh_scene
 
 QUAD = np.array([(-1, -0.5, 2), (1, -0.5, 2), (1, 0.5, 2), (-1, 0.5, 2)], float)
 TWO = [(0, 1, 2), (0, 2, 3)]
 
 
 def world_scene(width=64, **world) -> Scene:
-    scene = Scene()
+    scene = SceneDescription()
     scene.world.material = scene.shaders.add(emission_program((2.0, 2.0, 2.0)))
     scene.world.map_width = width
     for name, value in world.items():
         setattr(scene.world, name, value)
-    scene.commit()
-    return scene
+    return scene.commit()
 
 
 def paint(scene: Scene, values: np.ndarray) -> None:
     """Put another map in the place of the baked one (the program emits the same in all directions)."""
     bands = np.diff(-np.cos(np.pi * np.arange(len(values) + 1) / len(values)))
+    scene.world._table.flags.writeable = True
     scene.world._put_map(values.astype(np.float32), bands)
 
 
@@ -110,10 +112,10 @@ def test_emissive_instances():
         np.column_stack([np.diag([-1.0, 1.0, 1.0]), (3.0, 0.0, 0.0)]),
         np.column_stack([stretched, (0.0, 2.0, -0.5)]),
     ]
-    scene = mesh_scene(QUAD, TWO, emission_program(WHITE), matrices)
+    scene = mesh_description(QUAD, TWO, emission_program(WHITE), matrices)
     lamp = area_lamp(matrix((-2.0, 0.0, 1.5)), (5.0, 5.0, 5.0), 1.0, 1.0)
     scene.lights.lamps = lamp
-    scene.commit()
+    scene = scene.commit()
     shares = scene.lights.record
     assert shares["lamps"] + shares["triangles"] + shares["world"] == pytest.approx(1.0)
     point = np.array((0.4, 0.6, 0.1))
@@ -175,7 +177,7 @@ def test_million_triangles():
     triangles = np.concatenate([np.stack([i, i + 1, i + n + 2], 1), np.stack([i, i + n + 2, i + n + 1], 1)])
     scene = mesh_scene(vertices, triangles, emission_program(WHITE))
     start = time.process_time()
-    scene.lights.commit(scene)
+    LightTable(scene, scene.lights.lamps)
     assert time.process_time() - start < 1.0
     flat = QUAD * [1.0, 2.0, 1.0]
     close(irradiance(scene, (0, 0, 0), UP, 5000), polygon_irradiance(flat, np.zeros(3), np.array(UP)), 0.01)

@@ -49,7 +49,7 @@ class Motion:
         there = match(now.instances["key"], before.instances["key"])
         there[~_same_topology(now, before, there)] = -1
         self._share("instance", there, len(before.instances))
-        self._share("lamp", _same_lamps(now.lights.committed, before.lights.committed), len(before.lights.committed))
+        self._share("lamp", _same_lamps(now.lights.lamps, before.lights.lamps), len(before.lights.lamps))
 
     @property
     def record(self) -> np.void:

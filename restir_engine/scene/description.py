@@ -1,0 +1,50 @@
+"""What is to be rendered, while it is put together."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.core import records as rec
+from . import names
+from .camera import Camera
+from .images import ImageTable
+from .lamps import Lamps
+from .mesh import Mesh
+from .scene import Scene
+from .shaders import ShaderTable
+from .trees import Trees
+from .warnings import Warnings
+from .world import World
+
+
+class SceneDescription:
+    """The parts of a scene, to be filled and changed at will; `commit` makes the scene that is rendered of them.
+
+    attribute_names: the numbers of attributes by name, where other scenes' meshes are shown: names are added to it.
+    """
+
+    def __init__(self, attribute_names: dict[str, int] | None = None) -> None:
+        self.meshes: list[Mesh] = []
+        self.instances = np.zeros(0, rec.INSTANCE)
+        self.material_slots = np.zeros(0, np.int32)
+        self.instance_attributes: list = []  # what the instances' attribute tables need to stay alive
+        self.shaders = ShaderTable()
+        self.images = ImageTable()
+        self.lights = Lamps()
+        self.world = World()
+        self.camera = Camera()
+        self.warnings = Warnings()
+        self.frame = 1  # what image sequences show
+        self.attribute_names = names.reserved() if attribute_names is None else attribute_names
+
+    def attribute_name(self, name: str) -> int:
+        """The number that stands for an attribute in programs and meshes; "" is the render UV map. See `names`."""
+        return self.attribute_names.setdefault(name, len(self.attribute_names))
+
+    def commit(self, trees: Trees | None = None) -> Scene:
+        """The scene of what this describes now; later changes are not seen in it. Its meshes' arrays are read-only.
+
+        trees: acceleration structures that earlier scenes have left. This needs no bpy, compiles the instructions that
+        the programs use, and may take its time: it can run on a thread of its own.
+        """
+        return Scene(self, Trees() if trees is None else trees)
