@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from restir_engine.context import FrameContext
+from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene import trees as kept_trees
 from restir_engine.scene.light_tiles import LightTiles
 from restir_engine.scene.mesh import Mesh
@@ -17,7 +18,7 @@ from testing.scenes.lights import matrix
 from testing.scenes.rooms import LIGHTS, diffuse, look, picture_scene, room, scaled
 
 SIZE = 48
-REUSE = {"integrator": "RESTIR", "restir_temporal": True, "restir_rounds": 1}
+REUSE = {"integrator": "RESTIR", "reuse": ReuseSettings(temporal=True, rounds=1)}
 
 
 def arrays_of(scene):
