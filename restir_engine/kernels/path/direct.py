@@ -7,7 +7,6 @@ from ..core import rng
 from ..core.jit import device, inlined
 from ..core.records import (
     LIGHT_SAMPLE_DELTA,
-    LIGHT_SAMPLE_NO_SHADOW,
     RAY_DIFFUSE,
     RAY_GLOSSY,
     RAY_TRANSMIT,
@@ -22,7 +21,7 @@ from ..lights.mean_visibility import LATER, learn, mean_visibility
 from ..lobes import bsdf_eval, bsdf_has_eval
 from ..lobes.classes import NO_LOBES, Lobes, lobe_add, lobe_scale, lobe_sum, share
 from ..lobes.closure import CLASS_DIFFUSE, CLASS_GLASS, CLASS_GLOSSY, CLASS_TRANSMISSION, pass_class
-from .shadow import transmittance
+from .shadow import light_visibility
 from .state import DIM_LIGHT, DIM_LIGHT_POINT, mis_weight
 
 LOBE_RAYS = RAY_DIFFUSE | RAY_GLOSSY | RAY_TRANSMIT
@@ -85,12 +84,9 @@ def add_unless_shadowed(scene, integrator, film, scratch, path, sp, c, what):
     """Contribute c, which the scratch's LIGHT_SAMPLE brings to sp, as far as its shadow ray is free."""
     if is_black(c):
         return
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    if not ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        v = transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p))
-        learn(path.mean_visibility, LATER, v)
-        c = mul(c, v)
-    contribute(integrator, film, path, c, what)
+    v = light_visibility(scene, integrator, scratch, path, sp)
+    learn(path.mean_visibility, LATER, v)
+    contribute(integrator, film, path, mul(c, v), what)
 
 
 @inlined

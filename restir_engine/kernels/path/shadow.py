@@ -2,15 +2,18 @@
 
 from ..core.jit import device, inlined
 from ..core.records import (
+    LIGHT_SAMPLE_NO_SHADOW,
     RAY_CAMERA,
     RAY_SHADOW,
     RAY_SHADOW_OPAQUE,
     RAY_SHADOW_TRANSPARENT,
     SCENE_HAS_MEDIA,
     SCENE_HAS_TRANSPARENT,
+    SCRATCH_LIGHT_SAMPLE,
     SCRATCH_SHADOW_CLOSURES,
     SCRATCH_SHADOW_POINT,
     SCRATCH_SHADOW_REGISTERS,
+    light_sample_at,
     shading_point_at,
 )
 from ..core.vec import length, max3, mul, scale, sub, vec
@@ -19,6 +22,15 @@ from ..geometry.surface import shadow_origin, surface_point
 from ..shading.interpreter import shader_eval
 from ..volume.calls import media_transmittance
 from .state import FAR, inherit, next_after
+
+
+@inlined
+def light_visibility(scene, integrator, scratch, path, sp):
+    """V by channel between sp and the scratch's LIGHT_SAMPLE; 1 of light that casts no shadow."""
+    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    if ls.flags & LIGHT_SAMPLE_NO_SHADOW:
+        return (1.0, 1.0, 1.0)
+    return transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p))
 
 
 @inlined

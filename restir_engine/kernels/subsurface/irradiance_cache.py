@@ -18,14 +18,11 @@ from ..core import rng
 from ..core.jit import device, entry, inlined, kernel
 from ..core.memory import load_f32, load_i32, load_i64, store_f32, store_f64, store_i32, store_i64
 from ..core.records import (
-    LIGHT_SAMPLE_NO_SHADOW,
-    SCRATCH_LIGHT_SAMPLE,
     SCRATCH_PATH,
     SCRATCH_POINT,
     closure_at,
     film_at,
     integrator_at,
-    light_sample_at,
     path_at,
     scene_at,
     shading_point_at,
@@ -34,7 +31,7 @@ from ..core.vec import dot, is_black, length, load3_f64, mul, sub, vec
 from ..film.contribute import contribute, lit_at_exit
 from ..lobes.classes import Lobes
 from ..path.direct import sampled_light
-from ..path.shadow import transmittance
+from ..path.shadow import light_visibility
 from .exits import amount, exit_at, exit_events, exit_weight, leave_by
 from .method_table import CACHE
 from .probe import H_LIT, H_NORMAL, H_POINT
@@ -174,10 +171,7 @@ def _observe(scene, integrator, scratch, path, sp, key):
     u0 = rng.sample1(key, path.sample, 1)
     u1, u2 = rng.sample2(key, path.sample, 2)
     c, _ = sampled_light(scene, scratch, sp, u0, u1, u2)
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    if is_black(c) or ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        return c
-    return mul(c, transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p)))
+    return c if is_black(c) else mul(c, light_visibility(scene, integrator, scratch, path, sp))
 
 
 @entry
