@@ -44,12 +44,12 @@ def _first_vertex(scene, camera, integrator, film, scratch, path, sp):
     """Follow the path to the first vertex that is lit; False when it ends before."""
     while True:
         trace_ray(scene, camera, scratch, path)
-        step = arrive(scene, camera, integrator, film, scratch, path, sp)
-        if step == SHADES:
+        event = arrive(scene, camera, integrator, film, scratch, path, sp)
+        if event == SHADES:
             if _is_lit(sp):
                 return True
-            step = bounce(scene, integrator, path, sp)
-        if step == ENDS:
+            event = bounce(scene, integrator, path, sp)
+        if event == ENDS:
             return False
 
 

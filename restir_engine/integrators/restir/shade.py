@@ -55,14 +55,14 @@ def shade_tile(
             sp.registers = registers
             media_around(scene, integrator, scratch, path, sp)
             _add_light(integrator, film, path, frame, index)
-            step = bounce(scene, integrator, path, sp)
-            if step == GOES_ON and path.mis_pdf > 0.0:
+            event = bounce(scene, integrator, path, sp)
+            if event == GOES_ON and path.mis_pdf > 0.0:
                 path.mis_pdf = COUNTED
             hit = hit_at(frame.hits, index)
-            if step == GOES_ON and hit.instance != UNTRACED:
+            if event == GOES_ON and hit.instance != UNTRACED:
                 put_nearest(scratch, 1.0 * hit.t, int(hit.instance), int(hit.primitive), 1.0 * hit.u, 1.0 * hit.v)
-                step = ARRIVES
-            trace_path(scene, camera, integrator, film, scratch, step, exit_lights)
+                event = ARRIVES
+            trace_path(scene, camera, integrator, film, scratch, event, exit_lights)
 
 
 @kernel

@@ -5,7 +5,6 @@ import math
 from ....kernels.core.jit import device, entry, inlined
 from ....kernels.core.memory import copy_words, record_address
 from ....kernels.core.records import (
-    LIGHT_SAMPLE_NO_SHADOW,
     PATH,
     SCENE_HAS_MEDIA,
     SCRATCH_LIGHT_SAMPLE,
@@ -19,7 +18,7 @@ from ....kernels.core.vec import is_black, load3_f32, vec
 from ....kernels.lights import light_point
 from ....kernels.lobes.classes import NO_LOBES, lobe_scale, lobe_sum
 from ....kernels.path.direct import control_variate_class, lit_bsdf
-from ....kernels.path.shadow import transmittance
+from ....kernels.path.shadow import light_visibility
 from ....kernels.volume.calls import media_around
 from ...resampling.candidates import point_at
 from ...resampling.frame import frame_at
@@ -58,15 +57,12 @@ def transmittance_to_light(scene, integrator, frame, scratch, pixel):
 
     scene, integrator: of the frame, which may be the one before.
     """
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
-    if ls.flags & LIGHT_SAMPLE_NO_SHADOW:
-        return (1.0, 1.0, 1.0)
     path = path_at(frame.paths, pixel)
     sp = point_at(frame, pixel)
     if scene.flags & SCENE_HAS_MEDIA:  # whose code takes the path from working memory
         copy_words(scratch + SCRATCH_PATH, record_address(path), PATH_WORDS)
     media_around(scene, integrator, scratch, path, sp)
-    return transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p))
+    return light_visibility(scene, integrator, scratch, path, sp)
 
 
 @inlined
