@@ -256,7 +256,8 @@ def test_both_integrators_render_the_same_passes(lit, written):
 
 
 @pytest.mark.parametrize(
-    "settings", [{}, {"integrator": "RESTIR"}, {"integrator": "RESTIR", "restir_rounds": 1, "restir_temporal": True}]
+    "settings",
+    [{}, {"integrator": "RESTIR"}, {"integrator": "RESTIR", "reuse": {"rounds": 1, "temporal": True}}],
 )
 def test_light_passes_add_up_to_the_picture_in_every_pixel(scene, written, settings):
     """With lobes of all classes, some of them without colour in a channel, under more lights than a tile looks at."""

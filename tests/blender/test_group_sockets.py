@@ -4,7 +4,8 @@ import itertools
 
 import bpy
 import pytest
-from testing.blender.node_parity import add_node, compare
+
+from testing.blender.nodes import add_node, compare
 
 TYPES = ("Int", "Bool", "Float", "Color", "Vector")
 SOURCES = {
