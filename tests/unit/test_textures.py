@@ -7,7 +7,8 @@ from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.shading.interpreter import opcodes_in
 from restir_engine.kernels.shading.textures import TEXTURE_ENTRIES, noise, voronoi
 from restir_engine.kernels.shading.textures import opcodes as ops
-from restir_engine.kernels.shading.textures.hashing import cell_point, hash1, hash2, hash3, hash4
+from restir_engine.kernels.shading.textures.hashing import cell_point
+from restir_engine.kernels.shading.textures.hashing import lookup3 as hash_of
 from testing.kernels.textures import run
 
 RNG = np.random.default_rng(7)
@@ -45,12 +46,12 @@ def lookup3(*keys):
 @kernel
 def _hash(count, i, j, k, m):
     if count == 1:
-        return hash1(i)
+        return hash_of((i,))
     if count == 2:
-        return hash2(i, j)
+        return hash_of((i, j))
     if count == 3:
-        return hash3(i, j, k)
-    return hash4(i, j, k, m)
+        return hash_of((i, j, k))
+    return hash_of((i, j, k, m))
 
 
 @kernel

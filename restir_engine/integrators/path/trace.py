@@ -3,12 +3,9 @@
 from ...kernels.core.jit import inlined
 from ...kernels.core.records import (
     RAY_CAMERA,
-    SCRATCH_CLOSURES,
     SCRATCH_PATH,
-    SCRATCH_POINT,
-    SCRATCH_REGISTERS,
     path_at,
-    shading_point_at,
+    tile_point,
 )
 from ...kernels.core.vec import vec
 from ...kernels.geometry.camera import camera_reach
@@ -53,12 +50,3 @@ def trace_ray(scene, camera, scratch, path):
     d = vec(path.d)
     reach = camera_reach(camera, d) if path.flags & RAY_CAMERA else FAR
     trace(scene, scratch, vec(path.o), d, path.tmin, reach, ray_mask(path.flags))
-
-
-@inlined
-def tile_point(scratch):
-    """The SHADING_POINT of the path in a tile's working memory, with room for its closures."""
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
-    sp.closures = scratch + SCRATCH_CLOSURES
-    sp.registers = scratch + SCRATCH_REGISTERS
-    return sp

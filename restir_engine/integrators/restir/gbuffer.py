@@ -15,6 +15,7 @@ from ...kernels.core.records import (
     closure_at,
     path_at,
     shading_point_at,
+    tile_point,
 )
 from ...kernels.film.frame_pixels import clear_pixel
 from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
@@ -22,7 +23,7 @@ from ...kernels.lobes import bsdf_has_eval
 from ...kernels.lobes.closure import LOBE_SUBSURFACE
 from ...kernels.path.state import ENDS, SHADES, start_path
 from ..path.scatter import bounce
-from ..path.trace import tile_point, trace_ray
+from ..path.trace import trace_ray
 from ..path.vertex import arrive
 from ..resampling.frame import FRAME
 

@@ -11,6 +11,7 @@ from ...kernels.core.records import (
     SCRATCH_PATH,
     path_at,
     shading_point_at,
+    tile_point,
 )
 from ...kernels.core.vec import mul, vec
 from ...kernels.film.contribute import contribute, lit
@@ -20,7 +21,7 @@ from ...kernels.lobes.classes import lobe_sum
 from ...kernels.path.state import ARRIVES, COUNTED, GOES_ON
 from ...kernels.volume.calls import media_around
 from ..path.scatter import bounce
-from ..path.trace import tile_point, trace_path
+from ..path.trace import trace_path
 from ..resampling.candidates import load_light
 from ..resampling.frame import FRAME, UNTRACED, hit_at
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS

@@ -170,8 +170,5 @@ def transform_vector(m, v):
 @device
 def transform_normal(inverse, n):
     """A normal by the transpose of the inverse matrix; not normalised."""
-    return (
-        inverse[0] * n[0] + inverse[4] * n[1] + inverse[8] * n[2],
-        inverse[1] * n[0] + inverse[5] * n[1] + inverse[9] * n[2],
-        inverse[2] * n[0] + inverse[6] * n[1] + inverse[10] * n[2],
-    )
+    m = inverse
+    return (dot((m[0], m[4], m[8]), n), dot((m[1], m[5], m[9]), n), dot((m[2], m[6], m[10]), n))

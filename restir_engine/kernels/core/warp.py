@@ -2,7 +2,7 @@
 
 import math
 
-from .jit import device
+from .jit import device, inlined
 from .memory import load_f32, load_i32
 from .vec import dot, frame, normalize, sub, to_world
 
@@ -90,3 +90,11 @@ def alias_pick(table, n, u):
     if x < threshold:
         return i, min(x / threshold, 0.99999999)
     return load_i32(table, 2 * i + 1), min((x - threshold) / (1.0 - threshold), 0.99999999)
+
+
+@inlined
+def stream_choice(u, p):
+    """(whether the newest of a stream is chosen, which has the share p of it so far; u made uniform again)."""
+    if u < p:
+        return True, u / p
+    return False, min((u - p) / (1.0 - p), 0.99999999)

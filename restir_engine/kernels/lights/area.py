@@ -278,3 +278,14 @@ def area_uv(light, p):
     a, b, _ = _axes(light)
     w = sub(p, vec(light.center))
     return dot(w, a) / light.p[3] + 0.5, dot(w, b) / light.p[7] + 0.5
+
+
+@inlined
+def see_area(light, ls):
+    """Complete ls, of which p, wi and distance are a ray's that meets the lamp; returns the factor on its strength."""
+    d, n = vec(ls.wi), normal_of(light)
+    ls.pdf = area_pdf(light, vec(ls.p), d, ls.distance)
+    put(ls.p, madd(vec(ls.p), d, ls.distance))
+    put(ls.ng, n)
+    ls.uv[0], ls.uv[1] = area_uv(light, vec(ls.p))
+    return spread_factor(light, -dot(d, n))

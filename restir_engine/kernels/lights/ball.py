@@ -2,7 +2,7 @@
 
 import math
 
-from ..core.jit import device
+from ..core.jit import device, inlined
 from ..core.records import LIGHT_DELTA, LIGHT_SPHERE, LIGHT_SPOT
 from ..core.vec import dot, frame, length, madd, neg, normalize, put, scale, sub, transform_vector, vec
 from ..core.warp import cone_at, cone_disk, one_minus_cos
@@ -202,3 +202,17 @@ def ball_pdf(light, o, d, t):
     if cos <= 0.0:
         return 0.0
     return t * t * math.sqrt(d2) / (cos * math.pi * r2)
+
+
+@inlined
+def see_ball(light, ls):
+    """Complete ls, of which p, wi and distance are a ray's that meets the lamp; returns the factor on its strength."""
+    o, d = vec(ls.p), vec(ls.wi)
+    p = madd(o, d, ls.distance)
+    ng = normalize(sub(p, vec(light.center))) if light.flags & LIGHT_SPHERE else neg(d)
+    ls.pdf = ball_pdf(light, o, d, ls.distance)
+    put(ls.p, p)
+    put(ls.ng, ng)
+    if light.material >= 0:
+        ls.uv[0], ls.uv[1] = ball_uv(light, ng, d)
+    return falloff(light, o, d)

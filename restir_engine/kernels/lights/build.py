@@ -2,7 +2,7 @@
 
 from ..core.jit import kernel
 from ..core.memory import load_f64, load_i32, store_f32, store_f64, store_i32
-from ..core.records import SCRATCH_POINT, shading_point_at
+from ..core.records import point_in
 from ..core.rng import sample2
 from ..core.vec import cross, neg, normalize, sub
 from ..geometry.surface import surface_point
@@ -48,7 +48,7 @@ def build_alias(weights, n, table, scratch):
 @kernel
 def measure_emission(scene, scratch, instance, primitives, n, points, values):
     """Store the mean luminance over some points of n triangles (int32), of both sides in turn, to float64 values."""
-    state = shading_point_at(scratch + SCRATCH_POINT, 0)
+    state = point_in(scratch)
     for i in range(n):
         primitive = load_i32(primitives, i)
         a, b, c = triangle_vertices(scene, instance, primitive)

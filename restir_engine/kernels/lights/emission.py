@@ -11,10 +11,7 @@ from ..core.records import (
     RAY_REFLECT,
     RAY_TRANSMIT,
     RAY_VOLUME,
-    SCRATCH_SHADOW_CLOSURES,
-    SCRATCH_SHADOW_POINT,
-    SCRATCH_SHADOW_REGISTERS,
-    shading_point_at,
+    shadow_point_in,
 )
 from ..core.vec import dot, neg, put, vec
 from ..shading.interpreter import shader_eval
@@ -23,15 +20,13 @@ from ..shading.interpreter import shader_eval
 @inlined
 def shadow_point(scratch, sp):
     """The scratch's second shading point with the path's depths, as next event estimation sees emission."""
-    point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
+    point = shadow_point_in(scratch)
     point.ray_flags = RAY_EMISSION
     point.depth = sp.depth
     point.diffuse_depth = sp.diffuse_depth
     point.glossy_depth = sp.glossy_depth
     point.transmission_depth = sp.transmission_depth
     point.transparent_depth = sp.transparent_depth
-    point.closures = scratch + SCRATCH_SHADOW_CLOSURES
-    point.registers = scratch + SCRATCH_SHADOW_REGISTERS
     point.n_closures = 0
     point.time = sp.time
     point.dp = 0.0

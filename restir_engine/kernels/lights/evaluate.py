@@ -6,9 +6,8 @@ from ..core.records import (
     LIGHT_AREA,
     LIGHT_HITTABLE,
     RAY_CAMERA,
-    SCRATCH_LIGHT_SAMPLE,
     light_at,
-    light_sample_at,
+    light_sample_in,
     light_table_at,
     light_tiles_at,
 )
@@ -75,7 +74,7 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
     if sp.depth > light.max_bounces + 1:
         return 0.0, 0.0, 0.0, 0.0
     table = light_table_at(scene.light_table, 0)
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    ls = light_sample_in(scratch)
     put(ls.p, o)
     put(ls.wi, d)
     ls.distance = t

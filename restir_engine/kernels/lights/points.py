@@ -29,9 +29,8 @@ from ..core.records import (
     LIGHT_SUN,
     POINT_ON_LAMP,
     POINT_ON_WORLD,
-    SCRATCH_LIGHT_SAMPLE,
     light_at,
-    light_sample_at,
+    light_sample_in,
     light_table_at,
 )
 from ..core.vec import madd, vec
@@ -49,7 +48,7 @@ def light_point(scene, sp, scratch, source, primitive, u, v):
 
     A point seen from behind, beyond a lamp's or the world's limit of bounces, or outside a spread does not.
     """
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    ls = light_sample_in(scratch)
     table = light_table_at(scene.light_table, 0)
     ls.uv[0] = u
     ls.uv[1] = v

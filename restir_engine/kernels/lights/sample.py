@@ -7,9 +7,8 @@ from ..core.records import (
     LIGHT_NO_SHADOW,
     LIGHT_SAMPLE_DELTA,
     LIGHT_SAMPLE_NO_SHADOW,
-    SCRATCH_LIGHT_SAMPLE,
     light_at,
-    light_sample_at,
+    light_sample_in,
     light_table_at,
     light_tiles_at,
 )
@@ -84,7 +83,7 @@ def light_sample(scene, sp, scratch, u0, u1, u2):
     there is nothing else to add: no light, a sample without density, or no radiance. Does not trace rays; ls.seen_by
     says which parts of the BSDF count.
     """
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    ls = light_sample_in(scratch)
     put(ls.control_variate, (0.0, 0.0, 0.0))
     if scene.light_table == 0:
         return False

@@ -6,6 +6,7 @@ from ..core.jit import device, inlined
 from ..core.memory import load_f64, load_i32
 from ..core.records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, closure_at, light_at, light_table_at
 from ..core.vec import dot, load3_f64, put, sub, vec
+from ..core.warp import stream_choice
 from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT
 from .sun import sun_direction
 
@@ -96,13 +97,10 @@ def _choose(scene, table, clusters, first, last, o, n, u):
         w = _weight(scene, table, clusters, i, o, n)
         if w > 0.0:
             total += w
-            p = w / total
-            if u < p:
+            taken, u = stream_choice(u, w / total)
+            if taken:
                 chosen = i
                 weight = w
-                u /= p
-            else:
-                u = min((u - p) / (1.0 - p), 0.99999999)
     return chosen, weight / total if total > 0.0 else 0.0, u
 
 

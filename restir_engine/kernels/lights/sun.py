@@ -2,9 +2,9 @@
 
 import math
 
-from ..core.jit import device
+from ..core.jit import device, inlined
 from ..core.records import LIGHT_DELTA
-from ..core.vec import add, dot, length, neg, put, sub
+from ..core.vec import add, dot, length, neg, put, sub, vec
 from ..core.warp import cone_at, cone_disk
 
 
@@ -59,3 +59,14 @@ def in_sun(light, d):
 def sun_pdf(light):
     """Density by solid angle within the disk."""
     return 1.0 / (2.0 * math.pi * light.p[3])
+
+
+@inlined
+def see_sun(light, ls):
+    """Complete ls for a ray that sees the disk; returns the factor on its strength."""
+    d = vec(ls.wi)
+    ls.pdf = sun_pdf(light)
+    put(ls.p, d)
+    put(ls.ng, neg(d))
+    ls.uv[0], ls.uv[1] = sun_uv(light, d)
+    return 1.0

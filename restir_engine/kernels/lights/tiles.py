@@ -26,18 +26,17 @@ from ..core.records import (
     POINT_ON_LAMP,
     POINT_ON_WORLD,
     SCENE,
-    SCRATCH_LIGHT_SAMPLE,
-    SCRATCH_POINT,
     SCRATCH_TILE_WEIGHTS,
     emitter_at,
     emitter_group_at,
     instance_at,
     light_at,
-    light_sample_at,
+    light_sample_in,
     light_table_at,
     light_tiles_at,
     material_at,
     mesh_at,
+    point_in,
     scene_at,
     shading_point_at,
     tile_entry_at,
@@ -85,7 +84,7 @@ def fill_tiles(scene: SCENE, scratch, seed, first, last):
     """Draw the entries of tiles [first, last) anew; the same for any division of the tiles among threads."""
     table = light_table_at(scene.light_table, 0)
     tiles = light_tiles_at(table.tiles, 0)
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    sp = point_in(scratch)
     size = tiles.groups * LANES
     for tile in range(first, last):
         key = rng.key(seed, tile, 0, 0)
@@ -320,7 +319,7 @@ def sample_tiles(scene, sp, scratch, _a, _b):
     """light_sample from tiles: random numbers in ls.uv and ls.distance; ls.pdf stays 0 without sample."""
     scene = scene_at(scene, 0)
     sp = shading_point_at(sp, 0)
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    ls = light_sample_in(scratch)
     chosen, weight, variate = choose_entry(scene, scratch, sp, float(ls.uv[0]), float(ls.uv[1]), ls.distance)
     ls.pdf = 0.0
     put(ls.control_variate, variate)

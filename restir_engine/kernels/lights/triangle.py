@@ -174,6 +174,14 @@ def _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, sided)
     return True
 
 
+@inlined
+def _towards(p, o):
+    """(unit direction, square of the distance) to p from o; zero where they are the same."""
+    w = sub(p, o)
+    t2 = dot(w, w)
+    return scale(w, 1.0 / math.sqrt(t2) if t2 > 0.0 else 0.0), t2
+
+
 @device
 def place_triangle(scene, sp, scratch, instance, primitive, u, v, ls):
     """Fill ls with the point at barycentrics (u, v) as sp sees it; ls.pdf is the density of points uniform by area."""
@@ -181,29 +189,20 @@ def place_triangle(scene, sp, scratch, instance, primitive, u, v, ls):
     ab = sub(b, a)
     ac = sub(c, a)
     p = madd(madd(a, ab, u), ac, v)
-    w = sub(p, vec(sp.p))
-    t2 = dot(w, w)
-    if t2 == 0.0:
-        return False
-    t = math.sqrt(t2)
-    d = scale(w, 1.0 / t)
+    d, t2 = _towards(p, vec(sp.p))
     ls.pdf = _area_density(t2, dot(d, cross(ab, ac)))
     if ls.pdf == 0.0:
         return False
+    t = math.sqrt(t2)
     return _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, False)
 
 
 @device
 def place_even(scene, sp, instance, primitive, u, v, p, n, size, radiance, ls):
     """`place_triangle` where all is known: the point, its radiance, the unit normal n and twice the area."""
-    w = sub(p, vec(sp.p))
-    t2 = dot(w, w)
-    if t2 == 0.0:
-        return False
-    t = math.sqrt(t2)
-    d = scale(w, 1.0 / t)
+    d, t2 = _towards(p, vec(sp.p))
     ls.pdf = _area_density(t2, size * dot(d, n))
-    put_point(scene, instance, primitive, u, v, p, d, t, radiance, ls)
+    put_point(scene, instance, primitive, u, v, p, d, math.sqrt(t2), radiance, ls)
     return ls.pdf > 0.0
 
 

@@ -11,10 +11,9 @@ from ..core.memory import load_f32, load_u16, store_f32, store_f64
 from ..core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     RAY_EMISSION,
-    SCRATCH_POINT,
     light_table_at,
     light_tiles_at,
-    shading_point_at,
+    point_in,
     world_table_at,
 )
 from ..core.vec import dot, load3_f64, neg, put, sub, vec
@@ -168,7 +167,7 @@ def world_radiance(scene, scratch, sp, o, d):
 @device
 def _lit_by(scene, scratch, d):
     """Luminance that lights see of the world in direction d, negative and infinite values as 0."""
-    point = shadow_point(scratch, shading_point_at(scratch + SCRATCH_POINT, 0))
+    point = shadow_point(scratch, point_in(scratch))
     world_point(scene, point, d)
     r, g, b = run_emission(scene, point)
     y = luminance(r, g, b)

@@ -1,7 +1,7 @@
 """The BSDF nodes' instructions by opcode: each is compiled when a scene first uses its node."""
 
 from ..core.jit import Entry, inlined
-from ..core.records import RAY_NO_LOBES
+from ..core.records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION
 from . import nodes
 from .principled import principled_op
 from .setup import (
@@ -36,5 +36,8 @@ _FIRST, _LAST = min(BSDF_ENTRIES), max(BSDF_ENTRIES)
 @inlined
 def makes_no_lobes(op, sp):
     """Whether a ray has no use for a BSDF node: Principled's emission and transparency concern every ray."""
-    is_bsdf = op >= _FIRST and op <= _LAST and op != nodes.PRINCIPLED and op != nodes.TRANSPARENT
-    return is_bsdf and sp.ray_flags & RAY_NO_LOBES != 0
+    if op < _FIRST or op > _LAST or op == nodes.PRINCIPLED or op == nodes.TRANSPARENT:
+        return False
+    mirrors = op == nodes.GLOSSY or op == nodes.METALLIC
+    off = RAY_NO_LOBES | (RAY_NO_REFLECTION if mirrors else RAY_NO_REFRACTION if op == nodes.REFRACTION else 0)
+    return sp.ray_flags & off != 0

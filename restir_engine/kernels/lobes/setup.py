@@ -187,8 +187,6 @@ def glossy_op(scene, sp, registers, code, at):
     """Glossy BSDF: colour, roughness, anisotropy, rotation, normal, tangent; distribution."""
     scene = scene_at(scene, 0)
     sp = shading_point_at(sp, 0)
-    if sp.ray_flags & RAY_NO_REFLECTION:
-        return
     color = triple(registers, code, at + 1)
     alpha = clamp(number(registers, code, at + 2), 0.0, 1.0)
     alpha *= alpha
@@ -214,8 +212,6 @@ def metallic_op(scene, sp, registers, code, at):
     """Metallic BSDF: colour, edge tint, n, k, roughness, anisotropy, rotation, normal, tangent; distribution, model."""
     scene = scene_at(scene, 0)
     sp = shading_point_at(sp, 0)
-    if sp.ray_flags & RAY_NO_REFLECTION:
-        return
     roughness = clamp(number(registers, code, at + 5), 0.0, 1.0)
     alpha_x, alpha_y = principled_alpha(roughness, clamp(number(registers, code, at + 6), 0.0, 1.0))
     bumped = normal_input(sp, registers, code, at + 8)
@@ -272,8 +268,6 @@ def glass_op(scene, sp, registers, code, at):
 def refraction_op(_scene, sp, registers, code, at):
     """Refraction BSDF: colour, roughness, IOR, normal; distribution."""
     sp = shading_point_at(sp, 0)
-    if sp.ray_flags & RAY_NO_REFRACTION:
-        return
     weight = mul(triple(registers, code, at), triple(registers, code, at + 1))
     ior = max(number(registers, code, at + 3), 1e-5)
     _interface(sp, LOBE_REFRACTION, weight, registers, code, at, ior, load_i32(code, at + 5))

@@ -10,11 +10,8 @@ from ..core.records import (
     SCENE_HAS_MEDIA,
     SCENE_HAS_TRANSPARENT,
     SCRATCH_LIGHT_SAMPLE,
-    SCRATCH_SHADOW_CLOSURES,
-    SCRATCH_SHADOW_POINT,
-    SCRATCH_SHADOW_REGISTERS,
     light_sample_at,
-    shading_point_at,
+    shadow_point_in,
 )
 from ..core.vec import length, max3, mul, scale, sub, vec
 from ..geometry.intersect import intersect, occluded
@@ -59,9 +56,7 @@ def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
 @device
 def transparent_shadow(scene, integrator, scratch, path, o, d, tmax):
     """Transmittance through surfaces that may be transparent, nearest first."""
-    point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
-    point.closures = scratch + SCRATCH_SHADOW_CLOSURES
-    point.registers = scratch + SCRATCH_SHADOW_REGISTERS
+    point = shadow_point_in(scratch)
     result = (1.0, 1.0, 1.0)
     tmin = 0.0
     for crossed in range(integrator.transparent_bounces - path.transparent_bounce):

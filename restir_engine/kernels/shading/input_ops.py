@@ -2,7 +2,7 @@
 
 import math
 
-from ..core.jit import device, entry
+from ..core.jit import device, entry, inlined
 from ..core.memory import load_i32, store_f64
 from ..core.records import (
     ATTRIBUTE_UV,
@@ -186,6 +186,19 @@ def _object_info(scene, sp, registers, out):
     store_f64(registers, out + 10, instance.particle)
 
 
+# What the first of LIGHT_PATH_OUTPUTS ask for.
+_RAY_FLAGS = (
+    RAY_CAMERA,
+    RAY_SHADOW,
+    RAY_DIFFUSE,
+    RAY_GLOSSY,
+    RAY_SINGULAR,
+    RAY_REFLECT,
+    RAY_TRANSMIT,
+    RAY_VOLUME,
+)
+
+
 @device
 def _flag(sp, bits):
     return 1.0 if sp.ray_flags & bits else 0.0
@@ -193,22 +206,8 @@ def _flag(sp, bits):
 
 @device
 def _light_path(sp, what):
-    if what == 0:
-        return _flag(sp, RAY_CAMERA)
-    if what == 1:
-        return _flag(sp, RAY_SHADOW)
-    if what == 2:
-        return _flag(sp, RAY_DIFFUSE)
-    if what == 3:
-        return _flag(sp, RAY_GLOSSY)
-    if what == 4:
-        return _flag(sp, RAY_SINGULAR)
-    if what == 5:
-        return _flag(sp, RAY_REFLECT)
-    if what == 6:
-        return _flag(sp, RAY_TRANSMIT)
-    if what == 7:
-        return _flag(sp, RAY_VOLUME)
+    if what < 8:
+        return _flag(sp, _RAY_FLAGS[what])
     if what == 8:
         return min(sp.t, _FARTHEST)
     if what == 9:  # a shader run for a shadow ray or a light is one bounce further than the point it is run from
@@ -265,39 +264,38 @@ def _light_falloff(sp, registers, code, at):
     store3_f64(registers, out, (strength, strength * distance, strength * distance * distance))
 
 
+@inlined
+def _transform(kind, matrix, inverse, v):
+    """v by a matrix as TRANSFORM_TYPES has it: a point, a vector or a normal (unit)."""
+    if kind == 0:
+        return transform_point(matrix, v)
+    return transform_vector(matrix, v) if kind == 1 else normalize(transform_normal(inverse, v))
+
+
 @device
 def _to_world(scene, sp, kind, space, v):
-    if space == 0 or (space == 1 and sp.instance < 0):
+    if space == 2:
+        camera = camera_at(scene.camera, 0)
+        q = (v[0], v[1], -v[2])
+        q = transform_point(camera.to_world, q) if kind == 0 else transform_vector(camera.to_world, q)
+        return normalize(q) if kind == 2 else q
+    if space == 0 or sp.instance < 0:
         return v
-    if space == 1:
-        instance = instance_at(scene.instances, sp.instance)
-        if kind == 0:
-            return transform_point(instance.to_world, v)
-        if kind == 1:
-            return transform_vector(instance.to_world, v)
-        return normalize(transform_normal(instance.to_object, v))
-    camera = camera_at(scene.camera, 0)
-    q = (v[0], v[1], -v[2])
-    if kind == 0:
-        return transform_point(camera.to_world, q)
-    return transform_vector(camera.to_world, q) if kind == 1 else normalize(transform_vector(camera.to_world, q))
+    instance = instance_at(scene.instances, sp.instance)
+    return _transform(kind, instance.to_world, instance.to_object, v)
 
 
 @device
 def _from_world(scene, sp, kind, space, v):
-    if space == 0 or (space == 1 and sp.instance < 0):
+    if space == 2:
+        camera = camera_at(scene.camera, 0)
+        q = transform_point(camera.to_camera, v) if kind == 0 else transform_vector(camera.to_camera, v)
+        q = (q[0], q[1], -q[2])
+        return normalize(q) if kind == 2 else q
+    if space == 0 or sp.instance < 0:
         return v
-    if space == 1:
-        instance = instance_at(scene.instances, sp.instance)
-        if kind == 0:
-            return transform_point(instance.to_object, v)
-        if kind == 1:
-            return transform_vector(instance.to_object, v)
-        return normalize(transform_normal(instance.to_world, v))
-    camera = camera_at(scene.camera, 0)
-    q = transform_point(camera.to_camera, v) if kind == 0 else transform_vector(camera.to_camera, v)
-    q = (q[0], q[1], -q[2])
-    return normalize(q) if kind == 2 else q
+    instance = instance_at(scene.instances, sp.instance)
+    return _transform(kind, instance.to_object, instance.to_world, v)
 
 
 @device

@@ -309,12 +309,8 @@ def _triple_op(op, registers, code, at):
 @device
 def _rotation_op(op, registers, code, at):
     if op == ops.ROTATE_AXIS:
-        return _rotate_axis(
-            triple(registers, code, at + 1),
-            triple(registers, code, at + 2),
-            triple(registers, code, at + 3),
-            number(registers, code, at + 4),
-        )
+        center, axis = triple(registers, code, at + 2), triple(registers, code, at + 3)
+        return _rotate_axis(triple(registers, code, at + 1), center, axis, number(registers, code, at + 4))
     center = triple(registers, code, at + 3)
     v = sub(triple(registers, code, at + 2), center)
     return add(rotate_euler(v, triple(registers, code, at + 4), load_i32(code, at + 1) != 0), center)

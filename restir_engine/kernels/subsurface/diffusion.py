@@ -10,20 +10,18 @@ from ..core import rng
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_f64, load_i64, store_f64, store_i64
 from ..core.records import (
-    SCRATCH_PATH,
-    SCRATCH_POINT,
     closure_at,
     film_at,
     integrator_at,
-    path_at,
+    path_in,
+    point_in,
     scene_at,
-    shading_point_at,
 )
 from ..core.vec import dot, load3_f64, mul, scale, store3_f64, sub, vec
 from ..lobes.closure import P_ANISOTROPY, P_BURLEY, P_LENGTH
-from ..path.state import DIM_DIRECTION, DIMENSIONS, ENDS, FAR
+from ..path.state import DIMENSIONS, ENDS, FAR
 from .albedo import similar, total_albedo
-from .entry import entry_direction
+from .entry import enter
 from .exits import amount, exit_at, light_exits
 from .method_table import ALBEDOS, CYCLES_BURLEY, FLAGS, NOTE_HIT, OVERFLOWS
 from .probe import H_EVENTS, H_NORMAL, H_PDF, H_POINT, H_WEIGHT, hit_distance, probe, probe_frame
@@ -145,18 +143,16 @@ def _unit_profile(r, d):
 def diffusion(scene, integrator, film, scratch, _):
     """The method of kernels.subsurface.methods."""
     scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
-    path = path_at(scratch + SCRATCH_PATH, 0)
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    path, sp = path_in(scratch), point_in(scratch)
+    x, n = vec(sp.p), vec(sp.ng)
     c = closure_at(sp.closures, sp.scatterer)
     table = integrator.scatter
-    u0, u1 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
-    path.dimension += DIMENSIONS
-    x, n = vec(sp.p), vec(sp.ng)
     burley = c.p[P_BURLEY] != 0.0
     if burley:
+        path.dimension += DIMENSIONS
         weight, d = _burley(c, vec(path.throughput))
     else:
-        enters, inwards = entry_direction(sp, c, u0, u1)
+        enters, inwards = enter(path, sp, c)
         if not enters:
             return ENDS
         weight, d = _medium(c, load_i64(table, ALBEDOS), vec(path.throughput), -dot(inwards, n))

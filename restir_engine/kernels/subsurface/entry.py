@@ -6,11 +6,21 @@ lobe of the surface.
 
 import math
 
-from ..core.jit import device
+from ..core import rng
+from ..core.jit import device, inlined
 from ..core.vec import dot, frame, madd, neg, scale, to_world, vec
 from ..lobes.closure import ENTRY_DIFFUSE, ENTRY_SKIN, P_ENTRY
 from ..lobes.diffuse import cosine_direction
 from ..lobes.microfacet import ggx_visible_normal
+from ..path.state import DIM_DIRECTION, DIMENSIONS
+
+
+@inlined
+def enter(path, sp, c):
+    """`entry_direction` by the path's next random numbers."""
+    u0, u1 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
+    path.dimension += DIMENSIONS
+    return entry_direction(sp, c, u0, u1)
 
 
 @device

@@ -19,22 +19,20 @@ from ..core.fastmath import exp, log
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_f64, load_i64, store_f64
 from ..core.records import (
-    SCRATCH_PATH,
-    SCRATCH_POINT,
     closure_at,
     film_at,
     integrator_at,
-    path_at,
+    path_in,
+    point_in,
     scene_at,
-    shading_point_at,
 )
 from ..core.vec import dot, load3_f64, madd, max3, mul, neg, scale, sub, vec
 from ..geometry.local import hit_normal, local_intersect
 from ..lobes.closure import P_ANISOTROPY
-from ..path.state import DIM_DIRECTION, DIMENSIONS, ENDS, FAR, next_after
+from ..path.state import ENDS, FAR, next_after
 from .albedo import shape_factors, similar, single_albedo, slab_albedos, total_albedo
 from .diffusion import DIM_LINE, channel_shares, probe_around
-from .entry import entry_direction
+from .entry import enter
 from .exits import exit_at, light_exits, put_exit
 from .method_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
 from .phase import around, hg, hg_sample
@@ -255,14 +253,11 @@ def _multiple(scene, table, scratch, path, sp, weight, part, u_line, u_radius, s
 def hybrid(scene, integrator, film, scratch, _):
     """The method of kernels.subsurface.methods."""
     scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
-    path = path_at(scratch + SCRATCH_PATH, 0)
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    path, sp = path_in(scratch), point_in(scratch)
     c = closure_at(sp.closures, sp.scatterer)
     table = integrator.scatter
     weight, sigma_t, alpha = channels(c, vec(path.throughput))
-    u0, u1 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
-    path.dimension += DIMENSIONS
-    enters, d = entry_direction(sp, c, u0, u1)
+    enters, d = enter(path, sp, c)
     if not enters or not max3(weight) > 0.0:
         return ENDS
     g = float(c.p[P_ANISOTROPY])

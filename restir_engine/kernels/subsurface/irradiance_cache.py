@@ -18,14 +18,12 @@ from ..core import rng
 from ..core.jit import device, entry, inlined, kernel
 from ..core.memory import load_f32, load_i32, load_i64, store_f32, store_f64, store_i32, store_i64
 from ..core.records import (
-    SCRATCH_PATH,
-    SCRATCH_POINT,
     closure_at,
     film_at,
     integrator_at,
-    path_at,
+    path_in,
+    point_in,
     scene_at,
-    shading_point_at,
 )
 from ..core.vec import dot, is_black, length, load3_f64, mul, sub, vec
 from ..film.contribute import contribute, lit_at_exit
@@ -178,8 +176,8 @@ def _observe(scene, integrator, scratch, path, sp, key):
 def light_from_cache(scene, integrator, film, scratch, n):
     """Light those of n exits that the cache knows, mark them H_LIT, and observe one: often where little is known."""
     scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
-    path = path_at(scratch + SCRATCH_PATH, 0)
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    path = path_in(scratch)
+    sp = point_in(scratch)
     cache = load_i64(integrator.scatter, CACHE)
     batch = load_i64(cache, BATCH)
     x, nx = vec(sp.p), vec(sp.ng)

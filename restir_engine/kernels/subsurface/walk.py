@@ -12,30 +12,29 @@ lost; an α below 0.2 is taken for 0.2 and dimmed by their ratio.
 """
 
 import math
+from typing import NamedTuple
 
 from ..core import rng
 from ..core.fastmath import exp, log
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_i64
 from ..core.records import (
-    SCRATCH_PATH,
-    SCRATCH_POINT,
     SCRATCH_RAY,
     closure_at,
     instance_at,
     integrator_at,
     mesh_at,
-    path_at,
+    path_in,
+    point_in,
     scene_at,
-    shading_point_at,
 )
 from ..core.vec import dot, madd, max3, mul, put, scale, transform_point, transform_vector, vec
 from ..film.contribute import first_scattering
 from ..geometry.local import hit_barycentrics, hit_distance, trace
 from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_COLOR, P_SIGMA_T
-from ..path.state import DIM_DIRECTION, DIMENSIONS, ENDS, FAR, SHADES, next_after
+from ..path.state import ENDS, FAR, SHADES, next_after
 from .dwivedi import backward_fraction, diffusion_length, dwivedi_cosine, dwivedi_norm, dwivedi_pdf
-from .entry import entry_direction
+from .entry import enter
 from .exit import leave
 from .method_table import EXACT_WALKS, FLAGS
 from .phase import around, hg, hg_sample
@@ -51,6 +50,23 @@ NEGLIGIBLE = 1.0e-6  # throughput
 # Share of the throughput after one scattering below which a walk goes on by chance: saves a sixth of the time.
 DIM = 0.4
 OPPOSITE = 10.0  # mean free paths within which the first ray looks for a far side
+
+
+class Medium(NamedTuple):
+    """What a walk goes through, by channel, and how its segments are guided."""
+
+    sigma_t: tuple[float, float, float]
+    alpha: tuple[float, float, float]
+    g: float
+    guided: float  # share of guided segments
+    nu: float  # diffusion length of the brightest channel, in mean free paths
+    norm: float  # of Dwivedi's distribution
+
+
+@inlined
+def _medium(throughput, sigma_t, alpha, g, guided):
+    nu = diffusion_length(max(_largest(throughput, alpha), MIN_ALBEDO))
+    return Medium(sigma_t, alpha, g, guided, nu, dwivedi_norm(nu))
 
 
 @device
@@ -74,6 +90,15 @@ def _channel(c, throughput, k, floor):
     if alpha < floor:
         return weight * alpha / floor, sigma_t, floor
     return weight, sigma_t, min(alpha, 1.0)
+
+
+@inlined
+def _channels(c, throughput, floor):
+    """`_channel` of all three: (throughput, σ_t, α)."""
+    w0, s0, a0 = _channel(c, throughput[0], 0, floor)
+    w1, s1, a1 = _channel(c, throughput[1], 1, floor)
+    w2, s2, a2 = _channel(c, throughput[2], 2, floor)
+    return (w0, w1, w2), (s0, s1, s2), (a0, a1, a2)
 
 
 @inlined
@@ -107,12 +132,19 @@ def _pick(p, values, u):
 
 
 @inlined
-def _straight(throughput, sigma_t, alpha, t, hit):
+def _length(throughput, medium, stretch, u0, u1):
+    """The length of a segment: u0 chooses the channel by whose extinction, times `stretch`, it is drawn."""
+    return -log(1.0 - u1) / (_pick(_probabilities(throughput, medium.alpha), medium.sigma_t, u0) * stretch)
+
+
+@inlined
+def _straight(throughput, medium, t, hit):
     """The throughput after a first segment, whose direction is given: transmittance (times σ_s) over its density."""
+    sigma_t = medium.sigma_t
     e = (_fall(sigma_t[0] * t), _fall(sigma_t[1] * t), _fall(sigma_t[2] * t))
     if not hit:
         e = mul(e, sigma_t)
-    return _balanced(throughput, alpha, e, e, hit)
+    return _balanced(throughput, medium.alpha, e, e, hit)
 
 
 @inlined
@@ -129,15 +161,15 @@ def _balanced(throughput, alpha, value, density, hit):
 
 
 @inlined
-def _segment_weight(throughput, sigma_t, alpha, t, hit, k, guided, forward, backward):
+def _segment_weight(throughput, medium, t, hit, k, forward, backward):
     """The throughput after a segment: transmittance (times σ_s) over the density of all techniques.
 
     k: the cosine with the outward normal by the diffusion length, which stretches the extinction of guided segments to
-    1 - k and 1 + k of it; guided: the share of these; forward, backward: the shares of either kind times its density of
-    the direction over the phase function's.
+    1 - k and 1 + k of it; forward, backward: the shares of guided segments of either kind times its density of the
+    direction over the phase function's.
     """
-    x = scale(sigma_t, t)
-    classic = 1.0 - guided
+    x = scale(medium.sigma_t, t)
+    classic = 1.0 - medium.guided
     if not hit:
         forward *= 1.0 - k
         backward *= 1.0 + k
@@ -154,8 +186,8 @@ def _segment_weight(throughput, sigma_t, alpha, t, hit, k, guided, forward, back
         m = madd(m, (_fall(x[0] * (1.0 - k)), _fall(x[1] * (1.0 - k)), _fall(x[2] * (1.0 - k))), forward)
         m = madd(m, (_fall(x[0] * (1.0 + k)), _fall(x[1] * (1.0 + k)), _fall(x[2] * (1.0 + k))), backward)
     if not hit:
-        e, m = mul(e, sigma_t), mul(m, sigma_t)
-    return _balanced(throughput, alpha, e, m, hit)
+        e, m = mul(e, medium.sigma_t), mul(m, medium.sigma_t)
+    return _balanced(throughput, medium.alpha, e, m, hit)
 
 
 @inlined
@@ -172,6 +204,15 @@ def _similar(sigma_t, alpha, g):
     return t, s / t
 
 
+@inlined
+def _isotropic(throughput, medium):
+    """The Medium that takes the place of another where walks have forgotten their direction."""
+    s0, a0 = _similar(medium.sigma_t[0], medium.alpha[0], medium.g)
+    s1, a1 = _similar(medium.sigma_t[1], medium.alpha[1], medium.g)
+    s2, a2 = _similar(medium.sigma_t[2], medium.alpha[2], medium.g)
+    return _medium(throughput, (s0, s1, s2), (a0, a1, a2), 0.0, GUIDED_LATER)
+
+
 @device
 def _first_hit(structure, ray, o, d, tmax, start):
     """The primitive that a ray from the triangle `start` meets first, not counting that triangle; -1: none."""
@@ -182,11 +223,52 @@ def _first_hit(structure, ray, o, d, tmax, start):
 
 
 @inlined
-def _segment(n, d, g, nu, norm, guided, share, u0, u1, u2):
+def _first_segment(structure, ray, path, sp, o, d, d_object, throughput, medium, thinnest):
+    """(primitive that is hit or -1, length, thickness) of the segment from `sp` along d.
+
+    The thickness is the object's along -n, in mean free paths of the extinction `thinnest`; -1: not known.
+    """
+    u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
+    t = _length(throughput, medium, 1.0, u0, u1)
+    primitive = _first_hit(structure, ray, o, d_object, max(t, OPPOSITE / thinnest), sp.primitive)
+    if primitive < 0:
+        return -1, t, -1.0
+    distance = hit_distance(ray)
+    thickness = max(-distance * dot(d, vec(sp.n)) * thinnest, 0.0)
+    if distance < t:
+        return primitive, distance, thickness
+    return -1, t, thickness
+
+
+@inlined
+def _numbers(path, state, segment):
+    """(state of the stream, six random numbers): stratified over the samples of a pixel in the first segments."""
+    state, u0, u1 = rng.advance(state)
+    state, u2, u3 = rng.advance(state)
+    state, u4, u5 = rng.advance(state)
+    if segment <= STRATIFIED:
+        u0, u1 = rng.sample2(path.key, path.sample, path.dimension + 2 * segment - 1)
+        u3, u4 = rng.sample2(path.key, path.sample, path.dimension + 2 * segment)
+    return state, (u0, u1, u2, u3, u4, u5)
+
+
+@inlined
+def _survivor(throughput, dim, u):
+    """The throughput of a walk that goes on by chance where it is below `dim`; black: it ends."""
+    brightness = max3(throughput)
+    if brightness >= dim:
+        return throughput
+    return scale(throughput, dim / brightness) if u * dim < brightness else (0.0, 0.0, 0.0)
+
+
+@inlined
+def _direction(n, d, medium, share, u0, u1, u2):
     """Sample a segment's direction after one along d: (direction, stretch of the extinction, k, forward, backward).
 
-    u0 chooses the technique; k, forward and backward are those of `_segment_weight`.
+    share: of guided segments, those to the far side. u0 chooses the technique; k, forward and backward are those of
+    `_segment_weight`.
     """
+    guided, nu, norm = medium.guided, medium.nu, medium.norm
     stretch = 1.0
     if u0 < guided:
         cosine = dwivedi_cosine(nu, norm, u1)
@@ -194,9 +276,9 @@ def _segment(n, d, g, nu, norm, guided, share, u0, u1, u2):
         if u0 < guided * share:
             cosine = -cosine
         w = around(n, cosine, u2)
-        phase = hg(dot(d, w), g)
+        phase = hg(dot(d, w), medium.g)
     else:
-        w, phase = hg_sample(d, g, u1, u2)
+        w, phase = hg_sample(d, medium.g, u1, u2)
         cosine = dot(w, n)
     odds = guided / max(phase, 1.0e-30)
     forward = odds * (1.0 - share) * dwivedi_pdf(nu, norm, cosine)
@@ -214,77 +296,44 @@ def walk(scene, scratch, sp, path, d, segments, exact):
     """
     c = closure_at(sp.closures, sp.scatterer)
     placed = instance_at(scene.instances, sp.instance)
-    structure = mesh_at(scene.meshes, placed.mesh).embree
-    floor = 0.0 if exact else MIN_ALBEDO
-    w0, s0, a0 = _channel(c, path.throughput[0], 0, floor)
-    w1, s1, a1 = _channel(c, path.throughput[1], 1, floor)
-    w2, s2, a2 = _channel(c, path.throughput[2], 2, floor)
-    throughput = (w0, w1, w2)
+    structure, ray = mesh_at(scene.meshes, placed.mesh).embree, scratch + SCRATCH_RAY
+    throughput, sigma_t, alpha = _channels(c, vec(path.throughput), 0.0 if exact else MIN_ALBEDO)
     if structure == 0 or not max3(throughput) > 0.0:
         return -1, d, throughput, 0
-    sigma_t, alpha = (s0, s1, s2), (a0, a1, a2)
     g = c.p[P_ANISOTROPY]
-    guided = _guided_fraction(g)
-    nu = diffusion_length(max(_largest(throughput, alpha), MIN_ALBEDO))
-    norm = dwivedi_norm(nu)
+    medium = _medium(throughput, sigma_t, alpha, g, _guided_fraction(g))
     thinnest = _smallest(throughput, sigma_t)
     dim = DIM * max3(mul(throughput, alpha))
-
-    ray = scratch + SCRATCH_RAY
-    n = vec(sp.n)
-    o = transform_point(placed.to_object, vec(sp.p))
-    d_object = transform_vector(placed.to_object, d)
-    p = _probabilities(throughput, alpha)
-    u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
-    t = -log(1.0 - u1) / _pick(p, sigma_t, u0)
-    primitive = _first_hit(structure, ray, o, d_object, max(t, OPPOSITE / thinnest), sp.primitive)
-    thickness = -1.0  # of the object along -n, in mean free paths; -1: not known
+    n, o, d_object = vec(sp.n), transform_point(placed.to_object, vec(sp.p)), transform_vector(placed.to_object, d)
+    primitive, t, thickness = _first_segment(structure, ray, path, sp, o, d, d_object, throughput, medium, thinnest)
+    throughput = _straight(throughput, medium, t, primitive >= 0)
     if primitive >= 0:
-        distance = hit_distance(ray)
-        thickness = max(-distance * dot(d, n) * thinnest, 0.0)
-        if distance < t:
-            return primitive, d, _straight(throughput, sigma_t, alpha, distance, True), 0
-    throughput = _straight(throughput, sigma_t, alpha, t, False)
+        return primitive, d, throughput, 0
 
     depth = -t * dot(d, n) * thinnest
     share = 0.0
     state = rng.stream(path.key, path.sample, path.dimension)
     for segment in range(1, segments):
-        brightness = max3(throughput)
-        if brightness < NEGLIGIBLE:
+        if max3(throughput) < NEGLIGIBLE:
             break
         o = madd(o, d_object, t)
         if segment == FAITHFUL_SEGMENTS and not exact:
-            s0, a0 = _similar(s0, a0, g)
-            s1, a1 = _similar(s1, a1, g)
-            s2, a2 = _similar(s2, a2, g)
-            sigma_t, alpha = (s0, s1, s2), (a0, a1, a2)
-            g = 0.0
-            guided = GUIDED_LATER
-            nu = diffusion_length(max(_largest(throughput, alpha), MIN_ALBEDO))
-            norm = dwivedi_norm(nu)
+            medium = _isotropic(throughput, medium)
         if thickness >= 0.0:
-            share = backward_fraction(min(max(depth, 0.0), thickness), thickness, nu)
-        state, u0, u1 = rng.advance(state)
-        state, u2, u3 = rng.advance(state)
-        state, u4, u5 = rng.advance(state)
-        if segment <= STRATIFIED:
-            u0, u1 = rng.sample2(path.key, path.sample, path.dimension + 2 * segment - 1)
-            u3, u4 = rng.sample2(path.key, path.sample, path.dimension + 2 * segment)
-        if brightness < dim:
-            if u5 * dim >= brightness:
-                break
-            throughput = scale(throughput, dim / brightness)
-        p = _probabilities(throughput, alpha)
-        d, stretch, k, forward, backward = _segment(n, d, g, nu, norm, guided, share, u2, u3, u4)
+            share = backward_fraction(min(max(depth, 0.0), thickness), thickness, medium.nu)
+        state, u = _numbers(path, state, segment)
+        throughput = _survivor(throughput, dim, u[5])
+        if max3(throughput) == 0.0:
+            break
+        d, stretch, k, forward, backward = _direction(n, d, medium, share, u[2], u[3], u[4])
         d_object = transform_vector(placed.to_object, d)
-        t = -log(1.0 - u1) / (_pick(p, sigma_t, u0) * stretch)
+        t = _length(throughput, medium, stretch, u[0], u[1])
         primitive = trace(structure, ray, o, d_object, 0.0, t)
         if primitive >= 0:
             t = min(hit_distance(ray), t)
-            throughput = _segment_weight(throughput, sigma_t, alpha, t, True, k, guided, forward, backward)
+        throughput = _segment_weight(throughput, medium, t, primitive >= 0, k, forward, backward)
+        if primitive >= 0:
             return primitive, d, throughput, segment
-        throughput = _segment_weight(throughput, sigma_t, alpha, t, False, k, guided, forward, backward)
         depth -= t * dot(d, n) * thinnest
     return -1, d, throughput, 0
 
@@ -292,17 +341,14 @@ def walk(scene, scratch, sp, path, d, segments, exact):
 @outcome_entry
 def random_walk(scene, integrator, film, scratch, _):
     """The method of kernels.subsurface.methods for media."""
-    scene = scene_at(scene, 0)
-    integrator = integrator_at(integrator, 0)
+    scene, integrator = scene_at(scene, 0), integrator_at(integrator, 0)
     exact = load_i64(integrator.scatter, FLAGS) & EXACT_WALKS != 0
     segments = MAX_SEGMENTS_EXACT if exact else MAX_SEGMENTS
     if integrator.max_scatters >= 0:
         segments = min(segments, integrator.max_scatters + 1)
-    path = path_at(scratch + SCRATCH_PATH, 0)
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
-    u0, u1 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
-    path.dimension += DIMENSIONS
-    enters, d = entry_direction(sp, closure_at(sp.closures, sp.scatterer), u0, u1)
+    path, sp = path_in(scratch), point_in(scratch)
+    c = closure_at(sp.closures, sp.scatterer)
+    enters, d = enter(path, sp, c)
     if not enters:
         return ENDS
     primitive, d, throughput, scattered = walk(scene, scratch, sp, path, d, segments, exact)

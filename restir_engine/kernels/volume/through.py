@@ -11,15 +11,13 @@ from ..core.records import (
     SCENE_HAS_TRANSPARENT,
     SCRATCH_MEDIA,
     SCRATCH_SHADOW,
-    SCRATCH_SHADOW_CLOSURES,
     SCRATCH_SHADOW_MEDIA,
     SCRATCH_SHADOW_POINT,
-    SCRATCH_SHADOW_REGISTERS,
     SHADING_POINT,
     material_at,
     media_at,
-    shading_point_at,
     shadow_at,
+    shadow_point_in,
 )
 from ..core.vec import max3, mul, put, vec
 from ..geometry.intersect import intersect
@@ -34,18 +32,10 @@ _POINT_WORDS = SHADING_POINT.itemsize // 8
 
 
 @device
-def _second_point(scratch):
-    point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
-    point.closures = scratch + SCRATCH_SHADOW_CLOSURES
-    point.registers = scratch + SCRATCH_SHADOW_REGISTERS
-    return point
-
-
-@device
 def cross_at(scene, integrator, scratch, media, sp):
     """Go through the boundary at sp, which keeps its closures."""
     copy_words(scratch + SCRATCH_SHADOW_POINT, record_address(sp), _POINT_WORDS)
-    cross(scene, integrator, media, _second_point(scratch))
+    cross(scene, integrator, media, shadow_point_in(scratch))
 
 
 @device
@@ -72,7 +62,7 @@ def trace_shadow(scene, integrator, scratch, path, sp):
         if instance < 0:
             put(ray.transmittance, result)
             return
-        point = _second_point(scratch)
+        point = shadow_point_in(scratch)
         inherit(point, path, t)
         surface_point(scene, point, instance, primitive, u, v, t, d)
         point.depth = path.bounce
@@ -96,7 +86,7 @@ def find_media(scene, integrator, scratch, path, o):
     entered = scratch + SCRATCH_SHADOW_MEDIA
     media_at(media, 0).count = 0
     media_at(entered, 0).count = 0
-    point = _second_point(scratch)
+    point = shadow_point_in(scratch)
     tmin = 0.0
     for _ in range(4 * MAX_MEDIA):
         d = (0.0, 0.0, 1.0)

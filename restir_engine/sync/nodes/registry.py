@@ -16,24 +16,22 @@ INSIDE: dict[str, Callable] = {}
 UNLINKED: dict[str, Callable] = {}
 
 
-def node(*identifiers: str) -> Callable:
-    """Register the decorated function as the value converter of these node types."""
-
+def _registrar(table: dict[str, Callable], identifiers: tuple[str, ...]) -> Callable:
     def register(function: Callable) -> Callable:
-        NODES.update(dict.fromkeys(identifiers, function))
+        table.update(dict.fromkeys(identifiers, function))
         return function
 
     return register
+
+
+def node(*identifiers: str) -> Callable:
+    """Register the decorated function as the value converter of these node types."""
+    return _registrar(NODES, identifiers)
 
 
 def closure(*identifiers: str) -> Callable:
     """Register the decorated function as the closure converter of these node types."""
-
-    def register(function: Callable) -> Callable:
-        CLOSURES.update(dict.fromkeys(identifiers, function))
-        return function
-
-    return register
+    return _registrar(CLOSURES, identifiers)
 
 
 def volume(*identifiers: str) -> Callable:
@@ -46,19 +44,6 @@ def inside(*identifiers: str) -> Callable:
     return _registrar(INSIDE, identifiers)
 
 
-def _registrar(table: dict[str, Callable], identifiers: tuple[str, ...]) -> Callable:
-    def register(function: Callable) -> Callable:
-        table.update(dict.fromkeys(identifiers, function))
-        return function
-
-    return register
-
-
 def unlinked(*names: str) -> Callable:
     """Register `(compiler, node) → register` as what hidden vector inputs of these names are when unlinked."""
-
-    def register(function: Callable) -> Callable:
-        UNLINKED.update(dict.fromkeys(names, function))
-        return function
-
-    return register
+    return _registrar(UNLINKED, names)

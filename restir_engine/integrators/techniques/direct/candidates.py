@@ -41,6 +41,7 @@ from ....kernels.core.records import (
     material_at,
     path_at,
     shared_area,
+    tile_point,
 )
 from ....kernels.core.vec import add, max3, mul, normalize, put, scale, store3_f32, vec
 from ....kernels.core.warp import octahedral
@@ -69,7 +70,6 @@ from ....kernels.lobes.classes import NO_LOBES, lobe_add, lobe_scale, lobe_sum, 
 from ....kernels.path.direct import LOBE_RAYS, lit_bsdf
 from ....kernels.path.state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags, ray_mask
 from ....kernels.shading.interpreter import shader_eval
-from ...path.trace import tile_point
 from ...resampling.candidates import point_at, reservoirs_of, store_light
 from ...resampling.frame import FRAME, UNTRACED, hit_at
 from ...resampling.options import TARGET, reuse_at

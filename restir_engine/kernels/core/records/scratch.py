@@ -1,9 +1,10 @@
 """Working memory of one tile call: one block, owned by the session, 64-byte aligned. Areas are offsets in it."""
 
-from .lights import LIGHT_SAMPLE
+from ..jit import inlined
+from .lights import LIGHT_SAMPLE, light_sample_at
 from .media import MAX_MEDIA, MEDIA, MEDIUM, SHADOW
-from .render import PATH
-from .shading import CLOSURE, MAX_CLOSURES, MAX_REGISTERS, SHADING_POINT
+from .render import PATH, path_at
+from .shading import CLOSURE, MAX_CLOSURES, MAX_REGISTERS, SHADING_POINT, shading_point_at
 
 _RAY_BYTES = 96  # RTCRayHit
 _MEDIA_BYTES = MEDIA.itemsize + MAX_MEDIA * MEDIUM.itemsize
@@ -44,3 +45,41 @@ def shared_area(n_bytes: int) -> int:
     if n_bytes > _SHARED_BYTES:
         raise ValueError(f"the shared area has {_SHARED_BYTES} bytes, {n_bytes} are needed")
     return _SHARED
+
+
+@inlined
+def light_sample_in(scratch):
+    """The tile's LIGHT_SAMPLE."""
+    return light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+
+
+@inlined
+def path_in(scratch):
+    """The tile's PATH."""
+    return path_at(scratch + SCRATCH_PATH, 0)
+
+
+@inlined
+def point_in(scratch):
+    """The SHADING_POINT of the tile's path, as it is."""
+    return shading_point_at(scratch + SCRATCH_POINT, 0)
+
+
+@inlined
+def _with_room(point, closures, registers):
+    point.closures = closures
+    point.registers = registers
+    return point
+
+
+@inlined
+def tile_point(scratch):
+    """The SHADING_POINT of the tile's path, with room for its closures and registers."""
+    return _with_room(point_in(scratch), scratch + SCRATCH_CLOSURES, scratch + SCRATCH_REGISTERS)
+
+
+@inlined
+def shadow_point_in(scratch):
+    """The SHADING_POINT of shadows and of lights' programs, likewise."""
+    point = shading_point_at(scratch + SCRATCH_SHADOW_POINT, 0)
+    return _with_room(point, scratch + SCRATCH_SHADOW_CLOSURES, scratch + SCRATCH_SHADOW_REGISTERS)

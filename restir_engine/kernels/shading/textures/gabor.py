@@ -7,7 +7,7 @@ from ...core.jit import device, entry
 from ...core.memory import float_bits, load_i32, store_f64
 from ...core.vec import normalize, scale
 from ..operands import number, triple
-from .hashing import TO_UNIT, hash3, hash4
+from .hashing import TO_UNIT, lookup3
 from .rounding import floor, single
 
 _IMPULSES = 8  # per cell
@@ -29,15 +29,15 @@ def _cell_2d(cx, cy, x, y, frequency, isotropy, angle):
     i, j = float_bits(cx), float_bits(cy)
     for n in range(_IMPULSES):
         center = float_bits(3.0 * n + 1.0)
-        dx = x - hash3(i, j, center) * TO_UNIT
-        dy = y - hash3(center, i, j) * TO_UNIT
+        dx = x - lookup3((i, j, center)) * TO_UNIT
+        dy = y - lookup3((center, i, j)) * TO_UNIT
         square = dx * dx + dy * dy
         if square >= 1.0:
             continue
-        turn = angle + isotropy * math.pi * (hash3(i, j, float_bits(3.0 * n)) * TO_UNIT - 0.5)
+        turn = angle + isotropy * math.pi * (lookup3((i, j, float_bits(3.0 * n))) * TO_UNIT - 0.5)
         phase = 2.0 * math.pi * frequency * (dx * math.cos(turn) + dy * math.sin(turn))
         weight = _window(square)
-        if hash3(i, j, float_bits(3.0 * n + 2.0)) * TO_UNIT < 0.5:
+        if lookup3((i, j, float_bits(3.0 * n + 2.0))) * TO_UNIT < 0.5:
             weight = -weight
         real += weight * math.cos(phase)
         imaginary += weight * math.sin(phase)
@@ -50,19 +50,19 @@ def _cell_3d(cx, cy, cz, x, y, z, frequency, isotropy, inclination, azimuth):
     i, j, k = float_bits(cx), float_bits(cy), float_bits(cz)
     for n in range(_IMPULSES):
         center = float_bits(3.0 * n + 1.0)
-        dx = x - hash4(i, j, k, center) * TO_UNIT
-        dy = y - hash4(k, i, center, j) * TO_UNIT
-        dz = z - hash4(center, k, j, i) * TO_UNIT
+        dx = x - lookup3((i, j, k, center)) * TO_UNIT
+        dy = y - lookup3((k, i, center, j)) * TO_UNIT
+        dz = z - lookup3((center, k, j, i)) * TO_UNIT
         square = dx * dx + dy * dy + dz * dz
         if square >= 1.0:
             continue
         seed = float_bits(3.0 * n)
-        theta = inclination + isotropy * math.pi * hash4(i, j, k, seed) * TO_UNIT
-        phi = azimuth + isotropy * math.pi * hash4(k, i, seed, j) * TO_UNIT
+        theta = inclination + isotropy * math.pi * lookup3((i, j, k, seed)) * TO_UNIT
+        phi = azimuth + isotropy * math.pi * lookup3((k, i, seed, j)) * TO_UNIT
         along = math.sin(theta) * (dx * math.cos(phi) + dy * math.sin(phi)) + dz * math.cos(theta)
         phase = 2.0 * math.pi * frequency * along
         weight = _window(square)
-        if hash4(i, j, k, float_bits(3.0 * n + 2.0)) * TO_UNIT < 0.5:
+        if lookup3((i, j, k, float_bits(3.0 * n + 2.0))) * TO_UNIT < 0.5:
             weight = -weight
         real += weight * math.cos(phase)
         imaginary += weight * math.sin(phase)

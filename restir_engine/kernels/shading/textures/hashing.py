@@ -6,6 +6,7 @@ every lattice noise is nothing but hashes. Keys and results are int64, of which 
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from ...core.jit import device
@@ -47,34 +48,15 @@ def emit_lookup3(builder, keys):
     return state[2]
 
 
-def _hash_of(arity):
+@intrinsic
+def lookup3(typingctx, keys):
+    """lookup3 of a tuple of one to four 32-bit keys, in 0 … 2³² - 1."""
+
     def codegen(context, builder, signature, args):
-        keys = [builder.trunc(arg, _U32) for arg in args]
+        keys = [builder.trunc(key, _U32) for key in cgutils.unpack_tuple(builder, args[0])]
         return builder.zext(emit_lookup3(builder, keys), ir.IntType(64))
 
-    signature = types.int64(*[types.int64] * arity)
-    return signature, codegen
-
-
-@intrinsic
-def hash1(typingctx, x):
-    """lookup3 of one 32-bit key, in 0 … 2³² - 1."""
-    return _hash_of(1)
-
-
-@intrinsic
-def hash2(typingctx, x, y):
-    return _hash_of(2)
-
-
-@intrinsic
-def hash3(typingctx, x, y, z):
-    return _hash_of(3)
-
-
-@intrinsic
-def hash4(typingctx, x, y, z, w):
-    return _hash_of(4)
+    return types.int64(keys), codegen
 
 
 TO_UNIT = 1.0 / 4294967296.0
@@ -87,18 +69,18 @@ def cell_color(dimensions, x, y, z, w):
     """Three numbers in [0, 1) from the float32 bits of the first `dimensions` coordinates (1D: x)."""
     i = float_bits(x)
     if dimensions == 1:
-        a, b, c = hash1(i), hash2(i, ONE_BITS), hash2(i, TWO_BITS)
+        a, b, c = lookup3((i,)), lookup3((i, ONE_BITS)), lookup3((i, TWO_BITS))
         return (a * TO_UNIT, b * TO_UNIT, c * TO_UNIT)
     j = float_bits(y)
     if dimensions == 2:
-        a, b, c = hash2(i, j), hash3(i, j, ONE_BITS), hash3(i, j, TWO_BITS)
+        a, b, c = lookup3((i, j)), lookup3((i, j, ONE_BITS)), lookup3((i, j, TWO_BITS))
         return (a * TO_UNIT, b * TO_UNIT, c * TO_UNIT)
     k = float_bits(z)
     if dimensions == 3:
-        a, b, c = hash3(i, j, k), hash4(i, j, k, ONE_BITS), hash4(i, j, k, TWO_BITS)
+        a, b, c = lookup3((i, j, k)), lookup3((i, j, k, ONE_BITS)), lookup3((i, j, k, TWO_BITS))
         return (a * TO_UNIT, b * TO_UNIT, c * TO_UNIT)
     m = float_bits(w)
-    a, b, c = hash4(i, j, k, m), hash4(k, i, m, j), hash4(m, k, j, i)
+    a, b, c = lookup3((i, j, k, m)), lookup3((k, i, m, j)), lookup3((m, k, j, i))
     return (a * TO_UNIT, b * TO_UNIT, c * TO_UNIT)
 
 
@@ -107,15 +89,15 @@ def cell_point(dimensions, x, y, z, w):
     """A point in the unit cube of `dimensions` from the float32 bits of the coordinates; 0 beyond."""
     i = float_bits(x)
     if dimensions == 1:
-        return (hash1(i) * TO_UNIT, 0.0, 0.0, 0.0)
+        return (lookup3((i,)) * TO_UNIT, 0.0, 0.0, 0.0)
     j = float_bits(y)
     if dimensions == 2:
-        return (hash2(i, j) * TO_UNIT, hash3(i, j, ONE_BITS) * TO_UNIT, 0.0, 0.0)
+        return (lookup3((i, j)) * TO_UNIT, lookup3((i, j, ONE_BITS)) * TO_UNIT, 0.0, 0.0)
     if dimensions == 3:
         a, b, c = cell_color(3, x, y, z, 0.0)
         return (a, b, c, 0.0)
     k, m = float_bits(z), float_bits(w)
-    a, b, c, d = hash4(i, j, k, m), hash4(m, i, j, k), hash4(k, m, i, j), hash4(j, k, m, i)
+    a, b, c, d = lookup3((i, j, k, m)), lookup3((m, i, j, k)), lookup3((k, m, i, j)), lookup3((j, k, m, i))
     return (a * TO_UNIT, b * TO_UNIT, c * TO_UNIT, d * TO_UNIT)
 
 

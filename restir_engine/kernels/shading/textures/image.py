@@ -5,7 +5,7 @@ No mip maps, and colours that are stored encoded are decoded after filtering: bo
 
 import math
 
-from ...core.jit import device, entry
+from ...core.jit import device, entry, inlined
 from ...core.memory import load_f32, load_i32, load_u8, store_f64
 from ...core.records import IMAGE_BYTES, IMAGE_DECODE, image_at, instance_at, scene_at, shading_point_at
 from ...core.vec import store3_f64, transform_normal, vec
@@ -63,13 +63,18 @@ def _add4(a, b):
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3])
 
 
+@inlined
+def _between(u, size):
+    """(index of the texel whose centre lies at u or before it, how far u is past it) of a row of `size` texels."""
+    x = u * size - 0.5
+    return math.floor(x), x - floor(x)
+
+
 @device
 def bilinear(image, extension, u, v):
     """Linear interpolation of the four texels around (u, v)."""
-    x, y = u * image.width - 0.5, v * image.height - 0.5
-    i, j = math.floor(x), math.floor(y)
-    x -= floor(x)
-    y -= floor(y)
+    i, x = _between(u, image.width)
+    j, y = _between(v, image.height)
     i0, i1 = _wrap(extension, i, image.width), _wrap(extension, i + 1, image.width)
     j0, j1 = _wrap(extension, j, image.height), _wrap(extension, j + 1, image.height)
     lower = _add4(_texel(image, i0, j0, (1.0 - x) * (1.0 - y)), _texel(image, i1, j0, x * (1.0 - y)))
@@ -91,10 +96,8 @@ def _spline(n, t):
 
 @device
 def _bicubic(image, extension, u, v):
-    x, y = u * image.width - 0.5, v * image.height - 0.5
-    i, j = math.floor(x), math.floor(y)
-    x -= floor(x)
-    y -= floor(y)
+    i, x = _between(u, image.width)
+    j, y = _between(v, image.height)
     total = (0.0, 0.0, 0.0, 0.0)
     for b in range(4):
         row = _wrap(extension, j - 1 + b, image.height)

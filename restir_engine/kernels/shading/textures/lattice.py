@@ -6,6 +6,7 @@ in single precision, which is what the noise of Cycles has.
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from .hashing import emit_lookup3, splat
@@ -93,29 +94,11 @@ def _emit_noise(builder, coordinates):
     return builder.fpext(builder.extract_element(values, _I32(0)), _F64)
 
 
-def _noise_of(dimensions):
+@intrinsic
+def perlin(typingctx, p):
+    """Gradient noise at a tuple of one to four coordinates, not scaled; 0 on whole numbers. |x| < 2⁶³."""
+
     def codegen(context, builder, signature, args):
-        return _emit_noise(builder, args)
+        return _emit_noise(builder, cgutils.unpack_tuple(builder, args[0]))
 
-    return types.float64(*[types.float64] * dimensions), codegen
-
-
-@intrinsic
-def perlin1(typingctx, x):
-    """Gradient noise, not scaled; 0 on whole numbers. |x| < 2⁶³."""
-    return _noise_of(1)
-
-
-@intrinsic
-def perlin2(typingctx, x, y):
-    return _noise_of(2)
-
-
-@intrinsic
-def perlin3(typingctx, x, y, z):
-    return _noise_of(3)
-
-
-@intrinsic
-def perlin4(typingctx, x, y, z, w):
-    return _noise_of(4)
+    return types.float64(p), codegen

@@ -5,9 +5,9 @@ One-dimensional noise lives on x. Amplitudes are scaled to about [-1, 1] by OSL'
 
 from ...core.jit import device, entry
 from ...core.memory import float_bits, load_i32, store_f64
-from ..operands import number, triple
-from .hashing import TO_UNIT, hash1, hash2
-from .lattice import perlin1, perlin2, perlin3, perlin4
+from ..operands import fractal_operands, number
+from .hashing import TO_UNIT, lookup3
+from .lattice import perlin
 from .rounding import floor, single, wrap
 
 MULTIFRACTAL, FBM, HYBRID_MULTIFRACTAL, RIDGED_MULTIFRACTAL, HETERO_TERRAIN = 0, 1, 2, 3, 4
@@ -30,14 +30,14 @@ def signed_noise(dimensions, x, y, z, w):
     """Gradient noise in about [-1, 1]; 0 on lattice points."""
     x = _in_period(x)
     if dimensions == 1:
-        return 0.2500 * perlin1(x)
+        return 0.2500 * perlin((x,))
     y = _in_period(y)
     if dimensions == 2:
-        return 0.6616 * perlin2(x, y)
+        return 0.6616 * perlin((x, y))
     z = _in_period(z)
     if dimensions == 3:
-        return 0.9820 * perlin3(x, y, z)
-    return 0.8344 * perlin4(x, y, z, _in_period(w))
+        return 0.9820 * perlin((x, y, z))
+    return 0.8344 * perlin((x, y, z, _in_period(w)))
 
 
 @device
@@ -96,7 +96,7 @@ def fractal_noise(flags, x, y, z, w, detail, roughness, lacunarity, offset, gain
 def _seed_offset(dimensions, seed, component):
     """A shift in [100, 200) that makes independent copies of a noise."""
     key = float_bits(seed)
-    n = hash1(key) if dimensions == 1 else hash2(key, float_bits(component))
+    n = lookup3((key,)) if dimensions == 1 else lookup3((key, float_bits(component)))
     # Rounded where Cycles rounds: the octaves of a noise multiply the error.
     return single(100.0 + single(100.0 * single(n * TO_UNIT)))
 
@@ -116,11 +116,7 @@ def _shifted(dimensions, seed, x, y, z, w):
 def noise_op(_scene, _sp, registers, code, at):
     """Noise Texture: see opcodes.NOISE."""
     out = load_i32(code, at)
-    p = triple(registers, code, at + 1)
-    scale = number(registers, code, at + 3)
-    detail = min(max(number(registers, code, at + 4), 0.0), 15.0)
-    roughness = max(number(registers, code, at + 5), 0.0)
-    lacunarity = number(registers, code, at + 6)
+    p, scale, detail, roughness, lacunarity = fractal_operands(registers, code, at)
     offset = number(registers, code, at + 7)
     gain = number(registers, code, at + 8)
     distortion = number(registers, code, at + 9)

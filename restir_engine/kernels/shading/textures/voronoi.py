@@ -8,7 +8,7 @@ import math
 
 from ...core.jit import device, entry
 from ...core.memory import load_f64, load_i32, store_f64
-from ..operands import number, triple
+from ..operands import fractal_operands, number
 from .hashing import cell_color, cell_point, pcg_point
 from .rounding import floor, single
 
@@ -278,11 +278,8 @@ def _fractal(flags, detail, roughness, lacunarity, smoothness, exponent, randomn
 def voronoi_op(_scene, _sp, registers, code, at):
     """Voronoi Texture: see opcodes.VORONOI."""
     out = load_i32(code, at)
-    p = triple(registers, code, at + 1)
-    scale = number(registers, code, at + 3)
-    detail = min(max(number(registers, code, at + 4), 0.0), 15.0)
-    roughness = min(max(number(registers, code, at + 5), 0.0), 1.0)
-    lacunarity = number(registers, code, at + 6)
+    p, scale, detail, roughness, lacunarity = fractal_operands(registers, code, at)
+    roughness = min(roughness, 1.0)
     if abs(lacunarity) < 1e-6:
         lacunarity = 1e-6
     smoothness = min(max(0.5 * number(registers, code, at + 7), 0.0), 0.5)
