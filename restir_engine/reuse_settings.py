@@ -3,20 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import NamedTuple
 
-
-class Option(NamedTuple):
-    """What is said about a field of ReuseSettings beside its default; `Choice` where it is one of several names."""
-
-    label: str
-    text: str  # the tooltip
-    min: float = 0.0
-    soft_max: float | None = None
-    max: float | None = None
-    unit: str = ""  # PIXEL: a length in pixels
-    choices: tuple[tuple[str, str, str], ...] = ()  # (name, label, text)
-    panel: bool = False  # whether artists see it; what they do not is for scripts and comparisons
+from .options import Option
 
 
 def _option(default, label: str, text: str, **more):

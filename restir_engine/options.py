@@ -1,0 +1,303 @@
+"""What artists can set and what is said about it: the tables of which the properties are made.
+
+Names are those of RenderSettings for a scene, of Blender's property groups for view layers and materials.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+
+class Option(NamedTuple):
+    """What is said about a setting: a number, a switch, a vector of three numbers or one of several names.
+
+    Its kind is that of the default. Limits are of numbers; None: there is none.
+    """
+
+    label: str
+    text: str  # the tooltip
+    min: float | None = 0.0
+    soft_max: float | None = None
+    max: float | None = None
+    unit: str = ""  # PIXEL, TIME, LENGTH or COLOR
+    choices: tuple[tuple[str, str, str], ...] = ()  # (name, label, text)
+    panel: bool = False  # of ReuseSettings: whether artists see it; what they do not is for scripts and comparisons
+    default: Any = None  # None: that of RenderSettings
+    soft_min: float | None = None
+
+
+_SSS_METHODS = (
+    (
+        "FROM_MATERIAL",
+        "From Material",
+        "Diffusion for Christensen–Burley, random walks for all others: what Cycles shows",
+    ),
+    ("RANDOM_WALK", "Random Walk", "Right for every shape and length, and the slowest"),
+    (
+        "HYBRID",
+        "Hybrid",
+        "Traces light that passes straight through or scatters once; what scatters more often is diffusion that knows "
+        "how thick the object is. Within 2 % of random walks on average, up to 18 % too dark where a lamp shines "
+        "through a dense body from behind",
+    ),
+    (
+        "DIFFUSION",
+        "Diffusion",
+        "Goes by the distance of two surface points alone. Right on thick bodies; under even light 20 % too dark on "
+        "bodies of 20 mean free paths, 50 % on those of five",
+    ),
+)
+
+
+def _bounces(label: str, text: str) -> Option:
+    return Option(label, text, soft_max=32, max=1024)
+
+
+SCENE_OPTIONS: dict[str, Option] = {
+    "integrator": Option(
+        "Integrator",
+        "How light is found. Both give the same picture, with different noise at the same time",
+        choices=(
+            ("PATH", "Path Tracing", "Each path from the camera on its own: the reference"),
+            ("RESTIR", "ReSTIR", "The first surfaces choose their direct light from many light samples"),
+        ),
+    ),
+    "samples": Option(
+        "Samples",
+        "Paths traced for each pixel of a final render. Half the noise takes four times as many",
+        min=1,
+        soft_max=4096,
+        max=1 << 24,
+    ),
+    "preview_samples": Option(
+        "Preview Samples",
+        "Paths for each pixel of the 3D view and of material previews",
+        min=1,
+        soft_max=128,
+        max=4096,
+        default=32,
+    ),
+    "time_limit": Option(
+        "Time Limit", "Stop rendering after this time, with the samples taken so far. 0 is no limit", unit="TIME"
+    ),
+    "seed": Option("Seed", "Changes the noise. The same seed gives the same noise on any number of threads"),
+    "use_animated_seed": Option("Animate Seed", "Different noise on each frame of an animation", default=True),
+    "use_denoising": Option("Denoise", "Remove remaining noise with Open Image Denoise, which comes with Blender"),
+    "denoising_quality": Option(
+        "Quality",
+        "How much time the denoiser takes",
+        choices=(
+            ("HIGH", "High", "Best picture"),
+            ("BALANCED", "Balanced", "A little faster than High"),
+            ("FAST", "Fast", "About twice as fast as High"),
+        ),
+    ),
+    "max_bounces": _bounces("Total", "Most times that light is scattered. 0 is direct light only"),
+    "diffuse_bounces": _bounces("Diffuse", "Most times that light is scattered diffusely"),
+    "glossy_bounces": _bounces("Glossy", "Most times that light is reflected by glossy surfaces"),
+    "transmission_bounces": _bounces("Transmission", "Most times that light passes through glass"),
+    "volume_bounces": _bounces(
+        "Volume",
+        "Most times that light is scattered inside volumes, seen directly or through glass. 0 is once, by direct light "
+        "only",
+    ),
+    "transparent_bounces": _bounces("Transparent", "Most transparent surfaces that a ray passes through"),
+    "min_bounces": _bounces(
+        "Minimum", "Bounces before dim paths may end early. More is slower and less noisy; the brightness is the same"
+    ),
+    "clamp_direct": Option(
+        "Clamp Direct",
+        "Most that direct light may add to a sample. Removes bright dots, and the light in them. 0 is off",
+        soft_max=100.0,
+    ),
+    "clamp_indirect": Option(
+        "Clamp Indirect",
+        "Most that bounced light may add to a sample. Removes bright dots, and the light in them. 0 is off",
+        soft_max=100.0,
+    ),
+    "filter_glossy": Option(
+        "Filter Glossy",
+        "Blur sharp reflections that are seen after a rough bounce: less noise, softer caustics. 0 is off",
+        soft_max=4.0,
+        max=100.0,
+    ),
+    "caustics_reflective": Option(
+        "Reflective Caustics", "Light that glossy surfaces cast on diffuse ones. Off is less noisy and darker"
+    ),
+    "caustics_refractive": Option(
+        "Refractive Caustics",
+        "Light that glass casts on diffuse surfaces. Off is less noisy and darkens the shadows of glass",
+    ),
+    "sss_method": Option(
+        "Method", "How light below surfaces is computed. What the material is stays the same", choices=_SSS_METHODS
+    ),
+    "preview_sss_method": Option(
+        "Preview",
+        "How the 3D view and material previews compute light below surfaces",
+        choices=(("FINAL", "As Final", "As in final renders"), *_SSS_METHODS),
+        default="FINAL",
+    ),
+    "cycles_burley_kernel": Option(
+        "Cycles' Christensen–Burley",
+        "Weigh distances as Cycles does. That makes curved surfaces too bright: a sphere of 20 scattering lengths by "
+        "2 %, one of 5 by 12 %",
+    ),
+    "exact_walks": Option(
+        "Exact Walks",
+        "Random walks without three approximations of Cycles: they end after 256 steps (3 % darker at an albedo of "
+        "0.93), scatter evenly after the ninth (up to 3.5 % brighter at an anisotropy of 0.8), and simplify colors "
+        "below 0.05 (7 % brighter at 0.02). Slower where colors are almost white",
+    ),
+    "sss_thickness_aware": Option(
+        "Thickness",
+        "Let Hybrid's diffusion know how thick the object is. Off is the published method, which makes plates half a "
+        "mean free path thick 38 % too bright under even light",
+    ),
+    "sss_analog_escape": Option(
+        "Short Rays",
+        "Let light that scattered once leave by chance in Hybrid. Rays are shorter and the picture noisier; the "
+        "brightness is the same",
+    ),
+    "sss_irradiance_cache": Option(
+        "Irradiance Cache",
+        "Let Hybrid remember the light on the far sides of objects in a grid about as fine as a mean free path. With "
+        "many lamps it leaves 0.25 to 0.8 of the variance; with one lamp it only costs a tenth of the speed. Biased: "
+        "averages by up to 0.4 %, blocks of 8 × 8 pixels by about 1 %",
+    ),
+    "sss_after_diffuse": Option(
+        "After Diffuse",
+        "What becomes of subsurface scattering that is seen after a diffuse bounce",
+        choices=(
+            (
+                "AS_CYCLES",
+                "As Cycles",
+                "Like Cycles in this Blender: diffuse for Christensen–Burley; before Blender 5.0 for all methods",
+            ),
+            ("ALWAYS", "Scatter", "Light scatters below the surface on every bounce: slower, and right"),
+            (
+                "DIFFUSE",
+                "Diffuse",
+                "A diffuse surface of the same color: faster, but other surfaces lose the light that passed through an "
+                "object (4 % of the red light in a white room with a wax ball, 40 % in the ball's shadow)",
+            ),
+        ),
+        default="AS_CYCLES",
+    ),
+    "sss_max_scatters": Option(
+        "Max Scatters",
+        "For comparisons: most times that light scatters inside a random walk. After one more it is absorbed, so the "
+        "picture gets darker. 0 is unlimited, -1 is only light that passes straight through",
+        min=-1,
+        soft_max=256,
+        max=1 << 20,
+    ),
+    "film_exposure": Option(
+        "Exposure", "Multiplies the brightness of all passes of light, before color management", soft_max=10.0
+    ),
+    "pixel_filter": Option(
+        "Filter",
+        "How the samples around a pixel's center are weighed",
+        choices=(
+            ("BLACKMAN_HARRIS", "Blackman–Harris", "Sharp and without steps at edges"),
+            ("GAUSSIAN", "Gaussian", "Softer"),
+            ("BOX", "Box", "The pixel's own square"),
+        ),
+    ),
+    "filter_width": Option(
+        "Width", "Width of the pixel filter. A larger one is softer", min=0.01, soft_max=4.0, max=10.0, unit="PIXEL"
+    ),
+    "threads": Option("Threads", "Processor threads that a render uses. 0 is all that the machine has", max=1024),
+}
+
+VIEW_LAYER_OPTIONS: dict[str, Option] = {
+    "use_pass_volume": Option(
+        "Volume",
+        "Deliver light that scattered inside a volume first: once (Direct) and more often (Indirect)",
+        default=False,
+    ),
+    "use_pass_subsurface": Option(
+        "Subsurface",
+        "Deliver the light that scattered below surfaces, and its parts that scattered there not at all (Boundary), "
+        "once (Single) and more often (Multiple)",
+        default=False,
+    ),
+    "use_pass_visibility": Option(
+        "Visibility Estimate",
+        "Deliver how much of the light samples at the first surfaces is visible, from 0 (in shadow) to 1, by color "
+        "channel. Alpha is the share of samples that found a light. Needs the integrator ReSTIR with shadows that are "
+        "reused or estimated",
+        default=False,
+    ),
+    "use_pass_denoising": Option(
+        "Denoising Data",
+        "Deliver the albedo and the normal that guide a denoiser, for the compositor's Denoise node",
+        default=False,
+    ),
+}
+
+MATERIAL_OPTIONS: dict[str, Option] = {
+    "entry": Option(
+        "Entry",
+        "How light enters the material. With diffuse entry the color that was set is the color that is seen; with "
+        "refraction it is darker, dark channels by a fifth",
+        choices=(
+            (
+                "METHOD",
+                "By Method",
+                "As Cycles: refracted for Random Walk, half and half for Random Walk (Skin); "
+                "diffuse for Christensen–Burley and for a medium of this panel",
+            ),
+            ("DIFFUSE", "Diffuse", "In all directions evenly. The color that is set is the color that is seen"),
+            ("REFRACTIVE", "Refracted", "Refracted by the surface's roughness and IOR"),
+            ("SKIN", "Skin", "One half diffuse, one half refracted by a rough surface"),
+        ),
+        default="METHOD",
+    ),
+    "use_medium": Option(
+        "Medium",
+        "Use the medium of this panel for Principled and Subsurface Scattering nodes (a Subsurface Weight of 0 then "
+        "counts as 1). A material without such a node becomes the medium. Other engines ignore it",
+        default=False,
+    ),
+    "use_color": Option(
+        "Own Color", "Use the color of this panel. Off uses the node's color, with its textures", default=True
+    ),
+    "color": Option(
+        "Color",
+        "Color that a thick piece of the material has under even light",
+        max=1.0,
+        unit="COLOR",
+        default=(0.8, 0.8, 0.8),
+    ),
+    "mean_free_path": Option(
+        "Mean Free Path",
+        "How far light of each color goes inside the material on average before it hits something. A channel of 0 is "
+        "diffuse",
+        soft_max=10.0,
+        unit="LENGTH",
+        default=(0.01, 0.005, 0.0025),
+    ),
+    "scale": Option("Scale", "Multiplies all mean free paths", soft_max=100.0, default=1.0),
+    "anisotropy": Option(
+        "Anisotropy",
+        "Where light goes when it scatters: 0 is in all directions evenly, above 0 forwards, below 0 backwards",
+        min=-0.99,
+        max=0.99,
+        default=0.0,
+    ),
+    "scatter_inside": Option(
+        "Scatter Inside",
+        "Light that enters by Principled's Transmission scatters by its Subsurface inputs, like candy or jade. Needs "
+        "Volume bounces under Light Paths. Cycles renders clear glass there",
+        default=False,
+    ),
+    "medium_priority": Option(
+        "Volume Priority",
+        "Where volumes overlap, only those of the highest priority count, and the boundaries of others are not seen "
+        "inside them. Volumes of the same priority add up, as in Cycles",
+        min=None,
+        soft_min=-10,
+        soft_max=10,
+        default=0,
+    ),
+}
