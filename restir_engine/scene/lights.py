@@ -11,6 +11,7 @@ from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
 from ..kernels.lights.entries import TRIANGLE, WORLD, light_entries
+from .emitter_tree import EmitterTree, Run, is_closed, morton_order, run_length, runs
 from .lamps import LUMINANCE
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ _FEW = 32
 _FLAT = 0.3
 
 # Evaluations of programs that measuring textured emission of one mesh may take, and at most of one triangle.
-_MEASURES, _MEASURES_EACH = 400_000, 16
+_MEASURES, _MEASURES_EACH = 400_000, 256
 
 
 class AliasTable:
@@ -43,21 +44,41 @@ class AliasTable:
 
 
 class _Group:
-    """The emissive triangles of a mesh under one list of materials."""
+    """The emissive triangles of a mesh under one list of materials, what is near in space near in the list.
 
-    def __init__(self, primitives: np.ndarray, weights: np.ndarray, n_triangles: int) -> None:
+    radiance: luminance of each (n,); sides: that emit, 1 or 2 (n,); back: whether the back alone does (n,).
+    """
+
+    def __init__(self, mesh, primitives: np.ndarray, radiance: np.ndarray, sides: np.ndarray, back: np.ndarray) -> None:
+        corners = mesh.vertices[mesh.triangles[primitives]].astype(np.float64)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        areas = 0.5 * np.linalg.norm(normals, axis=1)
+        order = morton_order(corners.mean(axis=1)) if len(primitives) else np.zeros(0, np.int64)
+        self._corners = np.where(back[:, None, None], corners[:, ::-1], corners)[order]
+        self._both = (sides == 2)[order]
+        self._one_sided = radiance[order] * areas[order]
+        weights = self._one_sided * sides[order]
         alias = AliasTable(weights)
         self.power = float(weights.sum())
-        self.primitives = primitives.astype(np.int32)
+        self.primitives = primitives[order].astype(np.int32)
         self.alias = alias.table
-        self.probabilities = np.zeros(n_triangles, np.float32)
-        self.probabilities[primitives] = alias.probabilities
-        for array in (self.primitives, self.alias, self.probabilities):
+        self.cumulated = np.concatenate([[0.0], np.cumsum(weights)])
+        self.positions = np.full(len(mesh.triangles), -1, np.int32)
+        self.positions[self.primitives] = np.arange(len(primitives), dtype=np.int32)
+        self.probabilities = np.zeros(len(mesh.triangles), np.float32)
+        self.probabilities[self.primitives] = alias.probabilities
+        for array in (self.primitives, self.alias, self.cumulated, self.positions, self.probabilities):
             array.flags.writeable = False
+        if len(primitives) and self._both.all() and is_closed(mesh.triangles):
+            self._both[:] = False  # nobody sees the inside, unless he is in it
+
+    def runs(self, length: int) -> Run:
+        """Runs of triangles, for the tree."""
+        return runs(self._corners, self._one_sided, self._both, length)
 
     def fill(self, record: np.void) -> None:
         record["n"] = len(self.primitives)
-        for name in ("alias", "primitives", "probabilities"):
+        for name in ("alias", "primitives", "cumulated", "positions", "probabilities"):
             record[name] = address(getattr(self, name))
 
 
@@ -193,6 +214,7 @@ class LightTable:
         if used == 0:
             return 0.0
         emitters = emitters[:used].copy()
+        members = emitters["group"]
         table = self._table[0]
         records = np.zeros(len(built), rec.EMITTER_GROUP)
         for record, group in zip(records, built, strict=True):
@@ -201,12 +223,19 @@ class LightTable:
         # Areas grow with the square of the mean scale.
         linear = instances["to_world"][emitters["instance"]].reshape(-1, 3, 4)[:, :, :3]
         growth = np.abs(np.linalg.det(linear)) ** (2.0 / 3.0)
-        power = growth * np.array([built[group].power for group in emitters["group"]])
+        power = growth * np.array([built[group].power for group in members])
         alias = AliasTable(power)
         emitters["probability"] = alias.probabilities
+        tree = EmitterTree(run_length(sum(len(built[group].primitives) for group in members)))
+        for group in np.unique(members):
+            mine = np.flatnonzero(members == group)
+            matrices = instances["to_world"][emitters["instance"][mine]].reshape(-1, 3, 4)
+            emitters["first_leaf"][mine] = tree.add(mine, matrices, growth[mine], built[group].runs(tree.run))
         self.first_emitters[emitters["instance"]] = np.arange(used)
         table["n_emitters"] = used
         self._share("emitter_alias", alias.table)
+        self._share("emitter_tree", tree.build())
+        self._kept.append(tree)
         self._share("emitters", emitters)
         self._share("groups", records)
         bounds = scene.record["bounds"]
@@ -227,20 +256,17 @@ class LightTable:
             slot = np.clip(mesh.material_slots, 0, len(slots) - 1)
             primitives = np.flatnonzero(emitting[slot])
             slot = slot[primitives]
-        if len(primitives) == 0:
-            return _Group(primitives, np.zeros(0), len(mesh.triangles))
         luminance = per_slot[slot]
         for k in np.flatnonzero(varying & emitting):
             chosen = np.flatnonzero(slot == k)
             if len(chosen):
                 luminance[chosen] = self._measured(scene, index, primitives[chosen])
-        sides = np.where((sampling == 2) | (sampling == 3), 1.0, 2.0)[slot]
-        weights = luminance * sides * _areas(mesh, primitives)
-        return _Group(primitives, weights, len(mesh.triangles))
+        sides = np.where((sampling == 2) | (sampling == 3), 1, 2)[slot]
+        return _Group(mesh, primitives, luminance, sides, (sampling == 3)[slot])
 
     @staticmethod
     def _measured(scene: Scene, index: int, primitives: np.ndarray) -> np.ndarray:
-        """Mean luminance of triangles whose emission varies, mixed with that of all: a few points may miss some."""
+        """Luminance (root mean square) of triangles where it varies, mixed with that of all: points may miss some."""
         primitives = np.ascontiguousarray(primitives, np.int32)
         values = np.zeros(len(primitives))
         points = int(np.clip(_MEASURES // len(primitives), 1, _MEASURES_EACH))
@@ -278,10 +304,3 @@ def clustered(places: np.ndarray, size: int) -> tuple[np.ndarray, list[int]]:
         middle = (first + last) // 2
         todo += [(middle, last), (first, middle)]
     return order, bounds
-
-
-def _areas(mesh, primitives: np.ndarray) -> np.ndarray:
-    """Object-space areas of triangles, float64."""
-    corners = mesh.vertices[mesh.triangles[primitives]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return 0.5 * np.sqrt(np.einsum("ij,ij->i", normals, normals, dtype=np.float64))

@@ -102,6 +102,9 @@ class WorldTable:
             table["sun_direction"] = direction
             table["sun_one_minus_cos"] = 2.0 * math.sin(0.5 * half_angle) ** 2
             table["sun"] = np.clip(flux / (flux + rest), *_SUN_SHARE)
+        table["irradiance"] = irradiance_polynomial(values, bands)
+        if sun is not None:
+            table["irradiance"] += flux * cosine_polynomial(np.asarray(sun[0])[None])[0]
         self._put_map(values, bands)
         table["uniform"] = _UNIFORM * (1.0 - table["sun"])
         table["map"] = 1.0 - table["sun"] - table["uniform"]
@@ -161,15 +164,40 @@ def map_directions(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
+def cosine_polynomial(directions: np.ndarray) -> np.ndarray:
+    """What light from unit directions (n, 3) lays on a surface with normal (x, y, z), about max(cos, 0): (n, 9).
+
+    Coefficients of 1, y, z, x, xy, yz, 3z² - 1, xz, x² - y² (Ramamoorthi and Hanrahan 2001, equations 3 and 8).
+    """
+    x, y, z = directions.T
+    one = np.ones_like(x)
+    basis = np.stack([one, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y], axis=1)
+    squared = np.array([1.0, 3.0, 3.0, 3.0, 15.0, 15.0, 1.25, 15.0, 3.75]) / (4.0 * np.pi)  # of the harmonics' factors
+    decay = np.pi * np.array([1.0, 2 / 3, 2 / 3, 2 / 3, 0.25, 0.25, 0.25, 0.25, 0.25])
+    return basis * squared * decay
+
+
+def irradiance_polynomial(values: np.ndarray, bands: np.ndarray) -> np.ndarray:
+    """The irradiance of a map by the normal, as coefficients (9,) of `cosine_polynomial`'s monomials."""
+    height, width = values.shape
+    rows, columns = (np.linspace(0, size, min(size, 128) + 1).astype(int)[:-1] for size in (height, width))
+    flux = values * (bands * 2.0 * np.pi / width)[:, None]
+    flux = np.add.reduceat(np.add.reduceat(flux, rows, axis=0), columns, axis=1)
+    v = (rows + np.append(rows[1:], height)) / (2.0 * height)
+    u = (columns + np.append(columns[1:], width)) / (2.0 * width)
+    directions = map_directions(*(grid.ravel() for grid in np.meshgrid(u, v)))
+    return flux.ravel() @ cosine_polynomial(directions)
+
+
 def importance_map(values: np.ndarray, bands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(conditional [height, width + 1], marginal [height + 1]): cumulated distributions of a map, float32.
 
-    values: luminance at pixels; bands: height on the unit sphere of each row. Every pixel takes part of its
-    neighbours' light, since interpolation spreads the light of an image's pixel that far.
+    values: luminance at pixels; bands: height on the unit sphere of each row. A pixel has the mean of what linear
+    interpolation between their middles makes of it and its neighbours.
     """
-    values = 0.5 * values + 0.25 * (np.roll(values, 1, axis=1) + np.roll(values, -1, axis=1))
+    values = 0.75 * values + 0.125 * (np.roll(values, 1, axis=1) + np.roll(values, -1, axis=1))
     padded = np.concatenate([values[:1], values, values[-1:]])
-    values = 0.5 * values + 0.25 * (padded[:-2] + padded[2:])
+    values = 0.75 * values + 0.125 * (padded[:-2] + padded[2:])
     rows = values.sum(axis=1, dtype=np.float64)
     conditional = np.zeros((values.shape[0], values.shape[1] + 1))
     np.cumsum(values, axis=1, dtype=np.float64, out=conditional[:, 1:])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from restir_engine.kernels.core import rng
-from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.jit import device, kernel
 from restir_engine.kernels.core.memory import address, load_f64, store_f64
 from restir_engine.kernels.core.records import (
     SCRATCH_BYTES,
@@ -18,7 +18,14 @@ from restir_engine.kernels.core.records import (
 )
 from restir_engine.kernels.core.vec import cross, dot, load3_f64, madd, put, scale, store3_f64, sub, vec
 from restir_engine.kernels.geometry.surface import surface_point
-from restir_engine.kernels.lights import light_radiance, light_sample, lights_intersect, sun_next, triangle_pdf
+from restir_engine.kernels.lights import (
+    light_radiance,
+    light_sample,
+    lights_intersect,
+    note_choice,
+    sun_next,
+    triangle_pdf,
+)
 from restir_engine.kernels.lights.world import world_pdf, world_radiance
 from restir_engine.kernels.lobes.closure import LOBE_TRANSLUCENT
 
@@ -51,17 +58,26 @@ def draw_kernel(scene, scratch, x, y, z, kind, seed, n, out):
             store_f64(out, row + 11, ls.distance)
 
 
+@device
+def _choose_at(scene, sp, x, y, z, up):
+    """Let sp know how light sampling chooses at a point; up: 1 where its surface looks up, 0 where light passes it."""
+    put(sp.p, (x, y, z))
+    put(sp.n, (0.0, 0.0, up))
+    sp.n_closures = 0
+    note_choice(scene, sp)
+
+
 @kernel
 def seen_kernel(scene, scratch, x, y, z, up, flags, directions, n, out):
     """What the lamps, suns and the world send along n directions to (x, y, z): [rgb, sum of densities] each."""
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
     sp.ray_flags = flags
-    put(sp.receiver, (0.0, 0.0, up))
+    _choose_at(scene, sp, x, y, z, up)
     o = (x, y, z)
     for i in range(n):
         d = load3_f64(directions, 3 * i)
         r, g, b = world_radiance(scene, scratch, sp, o, d)
-        density = world_pdf(scene, d)
+        density = world_pdf(scene, sp, d)
         t = 0.0
         light, t = lights_intersect(scene, o, d, t, 1e30, flags)
         while light >= 0:
@@ -87,6 +103,7 @@ def seen_kernel(scene, scratch, x, y, z, up, flags, directions, n, out):
 def triangle_kernel(scene, scratch, x, y, z, samples, n, out):
     """triangle_pdf of n samples of `draw_kernel`, found again as points of the triangles."""
     sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    _choose_at(scene, sp, x, y, z, 0.0)
     o = (x, y, z)
     for i in range(n):
         row = 12 * i

@@ -47,7 +47,7 @@ def add_world(scene, integrator, film, scratch, path, sp):
             return
         kind = BACKDROP
     radiance = world_radiance(scene, scratch, sp, vec(path.o), d)
-    pdf = world_pdf(scene, d) if path.mis_pdf > 0.0 else 0.0
+    pdf = world_pdf(scene, sp, d) if path.mis_pdf > 0.0 else 0.0
     _add_found(integrator, film, path, radiance, pdf, kind)
 
 

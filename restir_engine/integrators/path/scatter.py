@@ -33,6 +33,7 @@ def bounce(scene, integrator, path, sp):
     put(path.o, offset_origin(sp, wi))
     put(path.d, normalize(wi))
     put(path.receiver, vec(sp.receiver))
+    put(path.light_shares, vec(sp.light_shares))
     path.tmin = 0.0
     path.dp = sp.dp
     next_state(path, integrator, label, pdf)

@@ -12,10 +12,10 @@ What `LIGHT.p` holds, by kind:
 A lamp neither blocks nor deflects rays: one that hits a lamp goes on behind it.
 """
 
+from .choice import note_choice
 from .evaluate import light_radiance, lights_intersect, sun_next
 from .points import light_point, point_of_lamp, point_of_sample
 from .sample import light_is_sampled, light_sample
-from .select import set_receiver
 from .triangle import triangle_pdf
 
 __all__ = [
@@ -24,9 +24,9 @@ __all__ = [
     "light_radiance",
     "light_sample",
     "lights_intersect",
+    "note_choice",
     "point_of_lamp",
     "point_of_sample",
-    "set_receiver",
     "sun_next",
     "triangle_pdf",
 ]

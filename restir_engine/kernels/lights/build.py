@@ -1,5 +1,7 @@
 """Kernels that the light table is built with: alias tables, and emission measured on triangles."""
 
+import math
+
 from ..core.jit import kernel
 from ..core.memory import load_f64, load_i32, store_f32, store_f64, store_i32
 from ..core.records import point_in
@@ -47,7 +49,10 @@ def build_alias(weights, n, table, scratch):
 
 @kernel
 def measure_emission(scene, scratch, instance, primitives, n, points, values):
-    """Store the mean luminance over some points of n triangles (int32), of both sides in turn, to float64 values."""
+    """Store the root of the mean square of luminance over some points of n triangles (int32) to float64 values.
+
+    Both sides are asked in turn. Light samples are the noisier the more emission varies: that is what they go by.
+    """
     state = point_in(scratch)
     for i in range(n):
         primitive = load_i32(primitives, i)
@@ -63,5 +68,5 @@ def measure_emission(scene, scratch, instance, primitives, n, points, values):
             surface_point(scene, point, instance, primitive, u, v, 1.0, d)
             e = run_emission(scene, point)
             y = luminance(e[0], e[1], e[2])
-            total += y if 0.0 < y < 1e30 else 0.0
-        store_f64(values, i, total / points)
+            total += y * y if 0.0 < y < 1e15 else 0.0
+        store_f64(values, i, math.sqrt(total / points))

@@ -67,8 +67,8 @@ def sun_next(scene, d, first, ray_flags):
 def light_radiance(scene, scratch, sp, index, o, d, t):
     """(red, green, blue, pdf): what a lamp that the ray met at t adds, and light_sample's mis_pdf for d from o.
 
-    sp is the path's state: sp.receiver is that of light_sample at o, sp.depth counts the bounces of this ray
-    (light_sample for it was asked at one less). Overwrites the LIGHT_SAMPLE in scratch.
+    sp is the path's state: how light_sample chose at o stands in it (lights.choice), sp.depth counts the bounces of
+    this ray (light_sample for it was asked at one less). Overwrites the LIGHT_SAMPLE in scratch.
     """
     light = light_at(scene.lights, index)
     if sp.depth > light.max_bounces + 1:
@@ -91,5 +91,5 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
         density = area_density(light, d, t) if light.kind == LIGHT_AREA else ls.pdf
         chosen = table.lamps * lamp_share(tiles, index) * tiles.candidates
         return radiance[0], radiance[1], radiance[2], density * chosen
-    chosen = table.lamps * lamp_probability(scene, o, vec(sp.receiver), index)
+    chosen = sp.light_shares[0] * lamp_probability(scene, o, vec(sp.receiver), index)
     return radiance[0], radiance[1], radiance[2], ls.pdf * chosen

@@ -13,9 +13,10 @@ from ..core.records import (
     light_tiles_at,
 )
 from ..core.vec import mul, put, scale, vec
+from .choice import note_choice
 from .emission import off_surface, run_emission, shadow_point
 from .entries import SAMPLE, TRIANGLE, WORLD
-from .select import choose_lamp, set_receiver
+from .select import choose_lamp
 
 
 @inlined
@@ -93,17 +94,17 @@ def light_sample(scene, sp, scratch, u0, u1, u2):
     if table.tiles != 0:
         code = light_tiles_at(table.tiles, 0).code
         return table.lamps + table.triangles + table.world > 0.0 and _sample_by(code, scene, sp, scratch, u2, ls)
-    set_receiver(scene, sp)
-    if u2 < table.lamps:
-        share = float(table.lamps)
+    note_choice(scene, sp)
+    lamps, triangles, world = vec(sp.light_shares)
+    if u2 < lamps:
+        share = lamps
         done = _sample_lamp(scene, table, sp, scratch, u2 / share, ls)
-    elif u2 < table.lamps + table.triangles:
-        share = float(table.triangles)
-        u = (u2 - table.lamps) / share
-        done = _sample_by(load_i64(table.entries, TRIANGLE), scene, sp, scratch, u, ls)
-    elif table.world > 0.0:
-        share = float(table.world)
-        u = (u2 - table.lamps - table.triangles) / share
+    elif u2 < lamps + triangles:
+        share = triangles
+        done = _sample_by(load_i64(table.entries, TRIANGLE), scene, sp, scratch, (u2 - lamps) / share, ls)
+    elif world > 0.0:
+        share = world
+        u = min((u2 - lamps - triangles) / share, 0.99999999)
         done = _sample_by(load_i64(table.entries, WORLD), scene, sp, scratch, u, ls)
     else:
         return False

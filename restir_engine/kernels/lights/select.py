@@ -4,10 +4,9 @@ import math
 
 from ..core.jit import device, inlined
 from ..core.memory import load_f64, load_i32
-from ..core.records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, closure_at, light_at, light_table_at
-from ..core.vec import dot, load3_f64, put, sub, vec
+from ..core.records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, light_at, light_table_at
+from ..core.vec import dot, load3_f64, sub, vec
 from ..core.warp import stream_choice
-from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT
 from .sun import sun_direction
 
 # Weight of a lamp whose cone misses the point: the test is by bounds, so the lamp must keep a chance.
@@ -15,19 +14,6 @@ _OUTSIDE = 0.01
 
 # The same of a lamp behind the surface: a lobe's normal may differ from the surface's.
 _BEHIND = 0.02
-
-
-@inlined
-def set_receiver(scene, sp):
-    """Note in sp.receiver the normal that lamps are weighed by: none where light passes through the surface."""
-    put(sp.receiver, (0.0, 0.0, 0.0))
-    if scene.n_lights < 2:
-        return
-    for i in range(sp.n_closures):
-        kind = closure_at(sp.closures, i).kind
-        if kind == LOBE_TRANSLUCENT or LOBE_REFRACTION <= kind <= LOBE_GLASS:
-            return
-    put(sp.receiver, vec(sp.n))
 
 
 @inlined
@@ -115,6 +101,16 @@ def _probability(scene, table, clusters, first, last, o, n, index):
         if i == index:
             weight = w
     return weight / total if total > 0.0 else 0.0
+
+
+@device
+def lamps_bring(scene, table, o, n):
+    """About the irradiance at o with normal n (zero: any) of all lamps, as if nothing were in their way."""
+    clusters = table.n_clusters > 0
+    total = 0.0
+    for i in range(table.n_clusters if clusters else scene.n_lights):
+        total += _weight(scene, table, clusters, i, o, n)
+    return total
 
 
 @inlined

@@ -15,9 +15,9 @@ from ..core.records import (
     mesh_at,
 )
 from ..core.vec import add, cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
-from ..core.warp import alias_pick
 from ..geometry.surface import surface_point, triangle_material
 from .emission import run_emission, shadow_point
+from .emitter_tree import choose_triangle, triangle_share
 
 # Emission sampling of materials; 1 (auto) and 4 mean both sides.
 _FRONT = 2
@@ -95,10 +95,11 @@ def even_barycentrics(u0, u1):
 def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
     """Choose a point of an emissive triangle; ls.pdf leaves out the choice between lamps, triangles and world."""
     table = light_table_at(scene.light_table, 0)
-    i, u2 = alias_pick(table.emitter_alias, table.n_emitters, u2)
-    emitter = emitter_at(table.emitters, i)
+    index, i, chance = choose_triangle(table, o, vec(sp.receiver), u2)
+    if chance <= 0.0:
+        return False
+    emitter = emitter_at(table.emitters, index)
     group = emitter_group_at(table.groups, emitter.group)
-    i, u2 = alias_pick(group.alias, group.n, u2)
     primitive = load_i32(group.primitives, i)
     instance = emitter.instance
     a, b, c = triangle_vertices(scene, instance, primitive)
@@ -130,7 +131,7 @@ def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
         density = _area_density(t * t, dot(d, n))
         if density == 0.0:
             return False
-    ls.pdf = density * emitter.probability * load_f32(group.probabilities, primitive)
+    ls.pdf = density * chance
     return _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, True)
 
 
@@ -207,34 +208,38 @@ def place_even(scene, sp, instance, primitive, u, v, p, n, size, radiance, ls):
 
 
 @device
-def triangle_chance(scene, instance, primitive):
-    """The probability that a light sample, or a point of a tile, is one of this triangle; mostly 0."""
-    if scene.light_table == 0 or instance < 0:
+def _triangle_chance(scene, sp, o):
+    """The probability that a light sample at o is one of the triangle at sp; by tiles the mean number of candidates."""
+    if scene.light_table == 0 or sp.instance < 0:
         return 0.0
     table = light_table_at(scene.light_table, 0)
-    i = instance_at(scene.instances, instance).lights
+    i = instance_at(scene.instances, sp.instance).lights
     if i < 0 or table.triangles == 0.0:
         return 0.0
     emitter = emitter_at(table.emitters, i)
     group = emitter_group_at(table.groups, emitter.group)
-    return table.triangles * emitter.probability * load_f32(group.probabilities, primitive)
+    if table.tiles != 0:
+        candidates = table.triangles * light_tiles_at(table.tiles, 0).candidates
+        return candidates * emitter.probability * load_f32(group.probabilities, sp.primitive)
+    share = float(sp.light_shares[1])
+    return share * triangle_share(table, emitter, group, sp.primitive, o, vec(sp.receiver)) if share > 0.0 else 0.0
 
 
 @device
 def triangle_pdf(scene, sp, o):
-    """light_sample's mis_pdf (solid angle at o) for the point sp of an emissive triangle; 0 where never sampled."""
-    chance = triangle_chance(scene, sp.instance, sp.primitive)
+    """light_sample's mis_pdf (solid angle at o) for the point sp of an emissive triangle; 0 where never sampled.
+
+    How light_sample chose at o stands in sp (lights.choice).
+    """
+    chance = _triangle_chance(scene, sp, o)
     if chance == 0.0:
         return 0.0
-    tiles = light_table_at(scene.light_table, 0).tiles
     side = -1.0 if sp.backfacing else 1.0  # surface_point has turned the tangents over
     ab = scale(vec(sp.dpdu), side)
     ac = scale(vec(sp.dpdv), side)
     n = cross(ab, ac)
     p = vec(sp.p)
-    if tiles != 0:
-        chance *= light_tiles_at(tiles, 0).candidates
-    else:
+    if light_table_at(scene.light_table, 0).tiles == 0:
         if not _sampled_side(scene, sp):
             return 0.0
         a = madd(madd(p, ab, -sp.u), ac, -sp.v)

@@ -131,16 +131,17 @@ def place_world(scene, sp, scratch, d, ls):
 
 
 @device
-def world_pdf(scene, d):
-    """light_sample's density for direction d; 0 where the world is never sampled."""
+def world_pdf(scene, sp, d):
+    """light_sample's density for direction d; 0 where the world is never sampled. sp: see `light_radiance`."""
     if scene.world_table == 0 or scene.light_table == 0:
         return 0.0
     lights = light_table_at(scene.light_table, 0)
-    share = float(lights.world)
+    if lights.tiles != 0:
+        share = lights.world * light_tiles_at(lights.tiles, 0).candidates
+    else:
+        share = float(sp.light_shares[2])
     if share == 0.0:
         return 0.0
-    if lights.tiles != 0:
-        share *= light_tiles_at(lights.tiles, 0).candidates
     table = world_table_at(scene.world_table, 0)
     pdf = table.map * _map_pdf(table, d) if table.map > 0.0 else 0.0
     return share * (pdf + _other_pdf(table, d))

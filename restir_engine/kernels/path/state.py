@@ -133,6 +133,7 @@ def inherit(sp, path, t):
     sp.transparent_depth = path.transparent_bounce
     sp.light = -1
     put(sp.receiver, vec(path.receiver))
+    put(sp.light_shares, vec(path.light_shares))
     sp.dp = path.dp + t * path.dd
     sp.dd = path.dd
 

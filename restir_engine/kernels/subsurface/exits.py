@@ -11,7 +11,7 @@ from ..core.jit import device, inlined
 from ..core.memory import call_entry, load_f64, load_i64, record_address, store_f64
 from ..core.vec import load3_f64, mul, put, scale, store3_f64
 from ..film.contribute import first_scattering, lit_at_exit
-from ..lights import light_is_sampled, set_receiver
+from ..lights import light_is_sampled, note_choice
 from ..lobes.classes import NO_LOBES
 from ..path.direct import add_unless_shadowed, sampled_light
 from ..path.state import DIM_LIGHT, DIM_LIGHT_POINT, DIMENSIONS, ENDS, LIT
@@ -140,7 +140,7 @@ def light_exits(scene, integrator, film, scratch, path, sp, n):
         left -= a
     if chosen != at:
         leave_by(scene, scratch, sp, chosen)
-        set_receiver(scene, sp)  # for the weight of a lamp that the path's next ray hits
+        note_choice(scene, sp)  # for the weight of a light that the path's next ray hits
     path.scattering = first_scattering(path, exit_events(scratch, chosen))
     weight = exit_weight(scratch, chosen)
     put(path.throughput, scale(weight, total / amount(weight)))

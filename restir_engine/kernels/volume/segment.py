@@ -170,6 +170,7 @@ def _scatter(scene, integrator, film, scratch, path, sp):
     put(path.o, vec(sp.p))
     put(path.d, wi)
     put(path.receiver, vec(sp.receiver))
+    put(path.light_shares, vec(sp.light_shares))
     path.tmin = 0.0
     path.dp = sp.dp
     path.flags = RAY_VOLUME

@@ -265,7 +265,7 @@ def _bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, co
                 _found_lamp(scene, reuse, layers, scratch, sp, count, origin, light, o, d, FAR)
                 light = sun_next(scene, d, light + 1, flags)
             x, y = octahedral(d)
-            _found(scene, reuse, layers, scratch, sp, count, origin, 0, POINT_ON_WORLD, x, y, world_pdf(scene, d))
+            _found(scene, reuse, layers, scratch, sp, count, origin, 0, POINT_ON_WORLD, x, y, world_pdf(scene, sp, d))
             return
         surface_point(scene, point, instance, primitive, x, y, t, d)
         density = triangle_pdf(scene, point, vec(sp.p))

@@ -57,7 +57,9 @@ ALIAS = np.dtype([("threshold", np.float32), ("alias", np.int32)])
 EMITTER_GROUP = record(  # the emissive triangles of one mesh under one list of materials
     "n",
     "alias",  # ALIAS [n]
-    "primitives",  # int32 [n]
+    "primitives",  # int32 [n], so that what is near in the list is near in space
+    "cumulated",  # float64 [n + 1], cumulated weights in that order
+    "positions",  # int32 [n_triangles of the mesh], where in that list, -1: not emissive
     "probabilities",  # float32 [n_triangles of the mesh], 0: not emissive
 )
 emitter_group_at = record_at(EMITTER_GROUP)
@@ -65,9 +67,20 @@ emitter_group_at = record_at(EMITTER_GROUP)
 EMITTER = record(  # an instance with emissive triangles
     "instance",
     "group",
+    "first_leaf",  # of its leaves in the tree
     ("probability", 1),  # among emitters
 )
 emitter_at = record_at(EMITTER)
+
+EMITTER_TREE = record(  # see kernels.lights.emitter_tree
+    "width",  # places of leaves, a power of two
+    "top",  # nodes top … 2 top are weighed at once
+    "run",  # triangles of a leaf
+    "nodes",  # float32 [2 width, NODE]
+    "leaves",  # int32 [width, 2]: emitter and which run of its group
+    "places",  # int32 [leaves in the order of the emitters]: where each stands
+)
+emitter_tree_at = record_at(EMITTER_TREE)
 
 LIGHT_TABLE = record(
     "entries",  # int64, addresses of code by kind of light: kernels.lights.entries
@@ -81,6 +94,7 @@ LIGHT_TABLE = record(
     "emitter_alias",  # ALIAS [n_emitters]
     "emitters",  # EMITTER [n_emitters]
     "groups",  # EMITTER_GROUP
+    "emitter_tree",  # EMITTER_TREE; 0: nothing emits
     ("lamps", 1),  # probability of choosing a lamp, an emissive triangle, the world; sum 1, or all 0
     ("triangles", 1),
     ("world", 1),
@@ -129,5 +143,6 @@ WORLD_TABLE = record(
     ("uniform", 1),
     ("sun_direction", 3),
     ("sun_one_minus_cos", 1),
+    ("irradiance", 9),  # as a polynomial of the normal, see lights.choice.world_brings
 )
 world_table_at = record_at(WORLD_TABLE)

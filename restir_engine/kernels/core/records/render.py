@@ -95,7 +95,8 @@ PATH = record(
     ("glossy_share", 3),
     ("feature_throughput", 3),
     ("mis_pdf", 1),  # solid-angle pdf of d at o; 0: not found by light sampling, counts fully
-    ("receiver", 3),  # light sampling's normal at o, see SHADING_POINT
+    ("receiver", 3),  # how light sampling chose at o, see SHADING_POINT
+    ("light_shares", 3),
     ("min_pdf", 1),
     ("dp", 1),
     ("dd", 1),

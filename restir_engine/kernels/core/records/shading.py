@@ -81,7 +81,10 @@ SHADING_POINT = record(
     ("dpdv", 3),
     ("dp", 1),  # radius of the ray's footprint at p
     ("dd", 1),  # its growth by unit of distance
-    ("receiver", 3),  # normal by which light sampling weighed lamps where this path's ray began; zero: by none
+    # How light sampling chose where this path's ray began (lights.choice): the normal by which it weighed lights, zero
+    # for none; the probabilities of a lamp, an emissive triangle, the world.
+    ("receiver", 3),
+    ("light_shares", 3),
     # What the program wrote:
     ("emission", 3),
     ("transparent", 3),  # weight of transparent closures
