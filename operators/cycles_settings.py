@@ -7,6 +7,7 @@ from bpy.app.handlers import persistent
 
 from ..restir_engine import warning_log
 from ..restir_engine.engine import RestirEngine
+from ..restir_engine.sync.left_out import scene_lines
 
 # Cycles' name of a setting and ours.
 COPIED = {
@@ -35,28 +36,6 @@ COPIED = {
 COPIED_WHEN_SET = {"samples": "samples", "use_animated_seed": "use_animated_seed"}
 ADAPTIVE_SAMPLES = 1024  # the most that is copied of a number that adaptive sampling would have cut short
 
-# What changes Cycles' picture and has no counterpart: the test, and what to say.
-SCENE_WITHOUT_COUNTERPART = (
-    (lambda s: s.cycles.use_fast_gi, "fast GI approximation is left out: indirect light is traced"),
-    (lambda s: s.cycles.film_transparent_glass and s.render.film_transparent, "transparent glass is left out"),
-    (lambda s: s.cycles.shading_system, "Open Shading Language is left out"),
-    (lambda s: s.cycles.use_camera_cull or s.cycles.use_distance_cull, "culling is left out: all objects are rendered"),
-    (lambda s: s.render.use_motion_blur, "motion blur is left out"),
-    (lambda s: s.render.use_multiview, "stereoscopy is left out"),
-)
-PASSES_WITHOUT_COUNTERPART = {
-    "use_pass_mist": "Mist",
-    "use_pass_vector": "Vector",
-    "use_pass_shadow": "Shadow",
-    "use_pass_ambient_occlusion": "Ambient Occlusion",
-    "use_pass_subsurface_direct": "Subsurface Direct",
-    "use_pass_subsurface_indirect": "Subsurface Indirect",
-    "use_pass_subsurface_color": "Subsurface Color",
-    "use_pass_cryptomatte_object": "Cryptomatte Object",
-    "use_pass_cryptomatte_material": "Cryptomatte Material",
-    "use_pass_cryptomatte_asset": "Cryptomatte Asset",
-}
-
 
 def copy_settings(scene: bpy.types.Scene, keep_changed: bool) -> list[str]:
     """Copy what Cycles and we both have; returns a sentence for everything that has no counterpart.
@@ -71,17 +50,10 @@ def copy_settings(scene: bpy.types.Scene, keep_changed: bool) -> list[str]:
     for theirs, ours in (COPIED | when_set).items():
         if not (keep_changed and own.is_property_set(ours)) and hasattr(cycles, theirs):
             setattr(own, ours, getattr(cycles, theirs))
-    lines = [f"Scene “{scene.name}”: {text}" for test, text in SCENE_WITHOUT_COUNTERPART if test(scene)]
+    lines = [f"{kind} “{name}”: {text}" for kind, name, text in scene_lines(scene, scene.view_layers)]
     if cycles.use_adaptive_sampling and own.samples > ADAPTIVE_SAMPLES and "samples" in when_set:
         own.samples = ADAPTIVE_SAMPLES
         lines.append(f"Scene “{scene.name}”: adaptive sampling is left out; Samples is set to {ADAPTIVE_SAMPLES}")
-    for layer in scene.view_layers:
-        names = [name for prop, name in PASSES_WITHOUT_COUNTERPART.items() if getattr(layer, prop, False)]
-        names += [f"AOV {aov.name}" for aov in layer.aovs] + [
-            f"Light Group {group.name}" for group in layer.lightgroups
-        ]
-        if names:
-            lines.append(f"View Layer “{layer.name}”: passes that are left out: {', '.join(names)}")
     return lines
 
 

@@ -4,6 +4,8 @@ import numpy as np
 
 from ..kernels.core.records import INSTANCE, INSTANCE_MIRRORED
 
+_THICKNESS = 1e-4
+
 
 def inverse(matrices: np.ndarray) -> np.ndarray:
     """Inverses of invertible affine 3x4 matrices, (n, 12) float64."""
@@ -32,6 +34,21 @@ def usable(matrices: np.ndarray) -> np.ndarray:
     volume = np.linalg.norm(matrices[:, :, :3], axis=1).prod(axis=1)
     # Below 1e-30 single precision (Embree's) has no inverse to offer.
     return (volume > 1e-30) & (np.abs(_cofactors(matrices)[1]) > 1e-9 * volume)
+
+
+def thickened(matrices: np.ndarray) -> np.ndarray:
+    """3x4 matrices (n, 12) that flatten in one direction alone made `usable`: they leave a ten-thousandth of the size.
+
+    Others stay as they are, also those that leave but a line or a point, of which nothing can be seen.
+    """
+    result = np.array(matrices, np.float64).reshape(-1, 3, 4)
+    flat = np.isfinite(matrices).all(axis=1) & ~usable(matrices)
+    for i in np.flatnonzero(flat):
+        u, sizes, v = np.linalg.svd(result[i, :, :3])
+        if sizes[1] > _THICKNESS * sizes[0] > 1e-30:
+            sizes[2] = _THICKNESS * sizes[0]
+            result[i, :, :3] = (u * sizes) @ v
+    return result.reshape(-1, 12)
 
 
 def build_instances(matrices: np.ndarray, meshes: np.ndarray, **columns: np.ndarray) -> np.ndarray:

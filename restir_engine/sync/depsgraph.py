@@ -13,13 +13,14 @@ from ..kernels.core.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER
 from ..scene import names
 from ..scene.camera import Camera
 from ..scene.description import SceneDescription
-from ..scene.instances import build_instances, usable
+from ..scene.instances import build_instances, thickened, usable
 from ..scene.mesh import Attribute, attribute_table, normals_for
 from ..scene.scene import Scene
 from .camera import sync_camera
-from .curves import note_unsupported
+from .culling import Culled, Culling
 from .hashing import hash_uint2, to_unit
 from .identity import name_key, numbered
+from .left_out import note_hair, note_object, note_scene
 from .lights import sync_light
 from .materials import Materials
 from .mesh import add_attributes, read_mesh, readable
@@ -44,6 +45,7 @@ def read_scene(depsgraph, settings, camera: Camera | None = None, camera_object=
     scene = SceneDescription()
     scene.frame = depsgraph.scene.frame_current
     scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
+    note_scene(depsgraph, scene.warnings)
     reader = _Reader(scene, depsgraph, settings)
     reader.read()
     sync_world(scene, depsgraph, reader.materials)
@@ -64,6 +66,7 @@ class _Placed:
     random: float = 0.0
     color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     terminator: float = 0.0
+    culled_by: Culled | None = None
     particles: bool = False
     properties: list[Attribute] = field(default_factory=list)  # one value each
     instancer: list[tuple[Attribute, np.ndarray]] = field(default_factory=list)  # values by number of the instance
@@ -82,6 +85,7 @@ class _Reader:
         self.settings = settings
         self.view_layer = depsgraph.view_layer
         self.override = depsgraph.view_layer_eval.material_override
+        self.culling = Culling(depsgraph.scene_eval, scene.camera)
         self.materials = Materials(scene)
         self._placed: list[_Placed] = [_Placed(-1)]
         self._by_key: dict[tuple[int, ...], int] = {}
@@ -124,7 +128,10 @@ class _Reader:
 
     def _first(self, instance, item, data) -> int:
         """What `_visit` gives for a combination of object, data and instancer that is seen for the first time."""
+        if instance.show_particles:
+            note_hair(item, self.scene.warnings)
         if item.type == "LIGHT":
+            note_object(item, self.scene.warnings)
             return _LIGHT
         placed = self._place(instance, item, data) if instance.show_self else None
         if placed is None:
@@ -136,8 +143,8 @@ class _Reader:
         seen_by = rays_that_see(instance, self.view_layer)
         if not seen_by:
             return None
-        if not isinstance(data, bpy.types.Mesh):
-            note_unsupported(item, self.scene.warnings)
+        note_object(item, self.scene.warnings)
+        if not isinstance(data, bpy.types.Mesh) or not self.depsgraph.view_layer_eval.use_solid:
             return None
         materials = self._material_indices(item, data)
         mesh = self._mesh(item, data)
@@ -159,6 +166,7 @@ class _Reader:
             # reference to the object that is instanced.
             color=tuple((instance.parent or item).color),
             terminator=item.shadow_terminator_geometry_offset,
+            culled_by=self.culling.of(item),
             particles=instance.is_instance and instance.particle_system is not None,
             properties=self._properties(instance),
             instancer=self._instancer_values(instance),
@@ -223,7 +231,16 @@ class _Reader:
         matrices = _column(instances, "matrix_world", (count, 4, 4), np.float32)
         # Blender's arrays are column-major.
         matrices = matrices.transpose(0, 2, 1)[:, :3].reshape(count, 12).astype(np.float64)
-        chosen = np.flatnonzero((placed > 0) & usable(matrices))
+        meshes = np.array([item.mesh for item in self._placed])[placed]
+        # Cycles applies the transform of a mesh that is placed once: what this flattens is still there.
+        alone = (meshes >= 0) & (np.bincount(meshes + 1)[meshes + 1] == 1)
+        matrices[alone] = thickened(matrices[alone])
+        shown = (placed > 0) & usable(matrices)
+        for number, item in enumerate(self._placed):
+            if item.culled_by is not None:
+                mine = np.flatnonzero(placed == number)
+                shown[mine] &= ~self.culling.culled(item.culled_by, matrices[mine])
+        chosen = np.flatnonzero(shown)
         which = placed[chosen]
 
         def of_object(name: str) -> np.ndarray:

@@ -23,9 +23,6 @@ def sync_light(scene, instance, materials, seen_by: int) -> None:
     if light.type == "AREA" and getattr(settings, "is_portal", False):
         warn("Light", light.name, "portals are ignored: the world is sampled by its brightness")
         return
-    linking = getattr(item, "light_linking", None)
-    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
-        warn("Object", item.name, "light linking is ignored: the light reaches every object")
     strength = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
     if light.use_temperature:
         strength *= np.array(light.temperature_color)

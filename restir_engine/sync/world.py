@@ -23,13 +23,13 @@ _VISIBILITY = {
 
 
 def sync_world(scene, depsgraph, materials) -> None:
-    """Replace the scene's world by that of the depsgraph's scene (or of its view layer)."""
+    """Replace the scene's world by that of the depsgraph's scene (or of its view layer), which may show none."""
     scene.world = World()
     world = depsgraph.scene_eval.world
     override = getattr(depsgraph.view_layer_eval, "world_override", None)
     if override is not None:
         world = override.evaluated_get(depsgraph)
-    if world is None:
+    if world is None or not depsgraph.view_layer_eval.use_sky:
         return
     settings = getattr(world, "cycles", None)
     target = scene.world

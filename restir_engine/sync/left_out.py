@@ -1,0 +1,152 @@
+"""What Cycles would show and this engine does not: each property that switches it on, named at every render.
+
+Properties that the engine reads are in the modules of their datablocks. What is in neither changes no picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import bpy
+
+
+class LeftOut(NamedTuple):
+    """A property by its path from the datablock, the text of the warning, and which values of it ask for something."""
+
+    path: str
+    text: str
+    asks: Callable[[object], bool] = bool
+
+
+SCENE = (
+    LeftOut("render.use_motion_blur", "motion blur is left out"),
+    LeftOut("render.use_multiview", "stereoscopy is left out: all views are the camera's"),
+    LeftOut("render.use_freestyle", "Freestyle lines are left out"),
+    LeftOut("cycles.use_fast_gi", "Fast GI is left out: indirect light is traced"),
+    LeftOut("cycles.shading_system", "Open Shading Language is left out"),
+)
+WHEN_SIMPLIFIED = (
+    LeftOut("cycles.texture_limit_render", "the texture limit is left out: images have all their pixels", "OFF".__ne__),
+)
+PASSES = (
+    LeftOut("use_pass_mist", "Mist"),
+    LeftOut("use_pass_vector", "Vector"),
+    LeftOut("use_pass_shadow", "Shadow"),
+    LeftOut("use_pass_ambient_occlusion", "Ambient Occlusion"),
+    LeftOut("use_pass_subsurface_direct", "Subsurface Direct"),
+    LeftOut("use_pass_subsurface_indirect", "Subsurface Indirect"),
+    LeftOut("use_pass_subsurface_color", "Subsurface Color"),
+    LeftOut("use_pass_cryptomatte_object", "Cryptomatte Object"),
+    LeftOut("use_pass_cryptomatte_material", "Cryptomatte Material"),
+    LeftOut("use_pass_cryptomatte_asset", "Cryptomatte Asset"),
+    LeftOut("cycles.use_pass_volume_scatter", "Volume Scatter"),
+    LeftOut("cycles.use_pass_volume_transmit", "Volume Transmit"),
+    LeftOut("cycles.use_pass_volume_majorant", "Volume Majorant"),
+    LeftOut("cycles.use_pass_shadow_catcher", "Shadow Catcher"),
+    LeftOut("cycles.pass_debug_sample_count", "Debug Sample Count"),
+    LeftOut("cycles.pass_render_time", "Render Time"),
+)
+# Cycles' switches of passes that view_layer.restir has switches of its own for.
+OWN_PASSES = {
+    "use_pass_volume": (
+        LeftOut("cycles.use_pass_volume_direct", "Volume Direct"),
+        LeftOut("cycles.use_pass_volume_indirect", "Volume Indirect"),
+    ),
+    "use_pass_denoising": (LeftOut("cycles.denoising_store_passes", "Denoising Data"),),
+}
+OBJECT = (
+    LeftOut("light_linking.receiver_collection", "light linking is left out: its light reaches every object"),
+    LeftOut("light_linking.blocker_collection", "shadow linking is left out: every object blocks its light"),
+)
+LIGHT = (LeftOut("cycles.is_caustics_light", "shadow caustics are left out: caustics are found by chance alone"),)
+WORLD = LIGHT
+# Blender lists curves, text, surfaces and metaballs twice: as themselves, and, where they have faces, as an instance
+# with a mesh of its own. What is left has no triangles.
+DATA = {
+    "Curves": "hair curves are not rendered; convert them to a mesh to see them",
+    "PointCloud": "point clouds are not rendered; instance a mesh on the points to see them",
+    "Volume": "volumes are not rendered; convert them to a mesh to see their shape",
+    "GreasePencil": "grease pencil strokes are not rendered; convert them to a mesh to see them",
+    "GreasePencilv3": "grease pencil strokes are not rendered; convert them to a mesh to see them",  # before Blender 5
+}
+
+
+def note_scene(depsgraph, warnings) -> None:
+    """Name what the depsgraph's scene, view layer and world ask for in vain."""
+    for kind, name, text in scene_lines(depsgraph.scene_eval, [depsgraph.view_layer_eval]):
+        warnings.add(kind, name, text)
+
+
+def scene_lines(scene: bpy.types.Scene, layers: list[bpy.types.ViewLayer]) -> Iterator[tuple[str, str, str]]:
+    """(kind, name, text) of all that a scene and view layers of it ask for in vain."""
+    yield from (("Scene", scene.name, text) for text in asked(scene, SCENE))
+    if scene.render.use_simplify:
+        yield from (("Scene", scene.name, text) for text in asked(scene, WHEN_SIMPLIFIED))
+    if scene.world is not None:
+        yield from (("World", scene.world.name, text) for text in asked(scene.world, WORLD))
+    for layer in layers:
+        names = [*asked(layer, PASSES)]
+        for own, switches in OWN_PASSES.items():
+            if not getattr(getattr(layer, "restir", None), own, False):
+                names += [f"{name} (its switch is under ReSTIR)" for name in asked(layer, switches)]
+        names += [f"AOV {aov.name}" for aov in layer.aovs]
+        names += [f"Light Group {group.name}" for group in layer.lightgroups]
+        if names:
+            yield "View Layer", layer.name, f"passes that are left out: {', '.join(names)}"
+
+
+def note_object(item, warnings) -> None:
+    """Name what an evaluated object that is rendered asks for in vain, by itself or by its data."""
+    text = DATA.get(type(item.data).__name__)
+    if text:
+        warnings.add("Object", item.name, text)
+    for text in asked(item, OBJECT):
+        warnings.add("Object", item.name, text)
+    if isinstance(item.data, bpy.types.Light):
+        for text in asked(item.data, LIGHT):
+            warnings.add("Light", item.data.name, text)
+    for modifier in item.modifiers:
+        if not modifier.show_render:
+            continue
+        if modifier.type == "SUBSURF" and is_adaptive(item, modifier):
+            warnings.add("Object", item.name, "adaptive subdivision is left out: it has the levels of its modifier")
+        if (
+            modifier.type == "FLUID"
+            and modifier.fluid_type == "DOMAIN"
+            and modifier.domain_settings.domain_type == "GAS"
+        ):
+            warnings.add("Object", item.name, "smoke and fire are not rendered")
+
+
+def note_hair(item, warnings) -> None:
+    """Name the particle hair of an evaluated object whose particles are shown, hidden itself or not."""
+    names = [
+        modifier.particle_system.name
+        for modifier in item.modifiers
+        if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render and is_hair(modifier.particle_system)
+    ]
+    if names:
+        warnings.add("Object", item.name, f"particle hair is not rendered: {', '.join(names)}")
+
+
+def is_hair(particles) -> bool:
+    """Whether a particle system is drawn as strands."""
+    return particles.settings.type == "HAIR" and particles.settings.render_type == "PATH" and len(particles.particles)
+
+
+def is_adaptive(item, modifier) -> bool:
+    """Whether Cycles would subdivide by size in the picture: a switch of the object, later of the modifier."""
+    return getattr(modifier, "use_adaptive_subdivision", False) or (
+        getattr(getattr(item, "cycles", None), "use_adaptive_subdivision", False) and modifier == item.modifiers[-1]
+    )
+
+
+def asked(owner, table: tuple[LeftOut, ...]) -> Iterator[str]:
+    """The texts of those properties of a datablock that ask for something."""
+    for entry in table:
+        value = owner
+        for name in entry.path.split("."):
+            value = getattr(value, name, None)
+        if value is not None and entry.asks(value):
+            yield entry.text

@@ -1,0 +1,142 @@
+"""What is left out is named at every render: in the log, in the report and in the Warnings panel."""
+
+import bpy
+import pytest
+
+from restir_engine import warning_log
+from restir_engine.scene.warnings import Warnings
+from restir_engine.sync.left_out import note_hair, note_object, scene_lines
+from testing.blender import kit
+
+V5 = bpy.app.version >= (5, 0, 0)
+
+
+@pytest.fixture
+def shown(scene):
+    """A cube before the camera."""
+    kit.camera()
+    kit.put("cube", kit.diffuse())
+    scene.restir.is_initialized = True
+    return scene
+
+
+def set_all(scene, paths):
+    """Switch properties on, by path from the scene, its first view layer (LAYER) or the cube (OBJECT)."""
+    owners = {"LAYER": scene.view_layers[0], "OBJECT": bpy.data.objects["cube"], "WORLD": scene.world}
+    for path in paths:
+        *names, last = path.split(".")
+        owner = scene
+        if names[0] in owners:
+            owner, names = owners[names[0]], names[1:]
+        for name in names:
+            owner = getattr(owner, name)
+        setattr(owner, last, True)
+
+
+@pytest.mark.parametrize(
+    ("paths", "word"),
+    [
+        (["render.use_motion_blur"], "motion blur"),
+        (["render.use_multiview"], "stereoscopy"),
+        (["render.use_freestyle"], "Freestyle"),
+        (["cycles.use_fast_gi"], "Fast GI"),
+        (["cycles.shading_system"], "Open Shading Language"),
+        (["LAYER.use_pass_mist", "LAYER.use_pass_vector"], "Mist, Vector"),
+        (["LAYER.use_pass_cryptomatte_asset"], "Cryptomatte Asset"),
+        (["LAYER.cycles.use_pass_shadow_catcher"], "Shadow Catcher"),
+        (["LAYER.cycles.denoising_store_passes"], "Denoising Data"),
+        (["OBJECT.is_shadow_catcher"], "shadow catcher"),
+    ],
+)
+def test_each_render_names_it(shown, paths, word):
+    """However often it is rendered, and no longer once it is off."""
+    set_all(shown, paths)
+    for _ in range(2):
+        bpy.ops.render.render()
+        lines = [line for line in warning_log.lines(shown.name) if word in line]
+        assert len(lines) == 1
+    assert any(word in text for *_, text in scene_lines(shown, shown.view_layers)) or "OBJECT" in paths[0]
+
+
+def test_names_of_aovs_and_light_groups(shown):
+    layer = shown.view_layers[0]
+    layer.aovs.add().name = "mask"
+    layer.lightgroups.add(name="key")
+    bpy.ops.render.render()
+    assert any("AOV mask, Light Group key" in line for line in warning_log.lines(shown.name))
+
+
+def test_passes_with_a_switch_of_ours_are_not_named_where_it_is_on(shown):
+    layer = shown.view_layers[0]
+    layer.cycles.denoising_store_passes = layer.restir.use_pass_denoising = True
+    assert not list(scene_lines(shown, [layer]))
+
+
+def test_a_default_scene_leaves_nothing_out(shown):
+    kit.lamp()
+    bpy.ops.render.render()
+    assert not warning_log.lines(shown.name)
+
+
+@pytest.mark.parametrize("emitter", [True, False])
+def test_particle_hair(shown, emitter):
+    """Once for an object, hidden or not; emitted particles and strands drawn as objects are no hair."""
+    thing = bpy.data.objects["cube"]
+    for name in ("first", "second", "objects", "dust"):
+        settings = thing.modifiers.new(name, "PARTICLE_SYSTEM").particle_system.settings
+        settings.count = 5
+        if name != "dust":
+            settings.type = "HAIR"
+        settings.render_type = "OBJECT" if name == "objects" else "PATH"
+    thing.show_instancer_for_render = emitter
+    bpy.ops.render.render()
+    lines = [line for line in warning_log.lines(shown.name) if "hair" in line]
+    assert lines == ["Object “cube”: particle hair is not rendered: first, second"]
+
+
+@pytest.mark.parametrize(("kind", "word"), [("hair_curves", "hair curves"), ("volumes", "volumes")])
+def test_data_without_triangles(shown, kind, word):
+    data = getattr(bpy.data, kind).new("Data")
+    warnings = Warnings()
+    note_object(kit.add(data), warnings)
+    assert [line for line in warnings.lines() if word in line]
+
+
+def test_adaptive_subdivision(shown):
+    thing = bpy.data.objects["cube"]
+    modifier = thing.modifiers.new("Subdivision", "SUBSURF")
+    warnings = Warnings()
+    note_object(thing, warnings)
+    assert not len(warnings)
+    if V5:
+        modifier.use_adaptive_subdivision = True
+    else:
+        shown.cycles.feature_set = "EXPERIMENTAL"
+        thing.cycles.use_adaptive_subdivision = True
+    note_object(thing, warnings)
+    assert "adaptive subdivision" in warnings.lines()[0]
+
+
+def test_smoke(shown):
+    thing = bpy.data.objects["cube"]
+    modifier = thing.modifiers.new("Fluid", "FLUID")
+    modifier.fluid_type = "DOMAIN"
+    warnings = Warnings()
+    note_object(thing, warnings)
+    assert "smoke" in warnings.lines()[0]
+
+
+@pytest.mark.parametrize("which", ["receiver_collection", "blocker_collection"])
+@pytest.mark.parametrize("kind", ["cube", "lamp"])
+def test_light_and_shadow_linking(shown, which, kind):
+    """Of lamps and of meshes that emit."""
+    thing = kit.lamp() if kind == "lamp" else bpy.data.objects["cube"]
+    setattr(thing.light_linking, which, bpy.data.collections.new("Linked"))
+    bpy.ops.render.render()
+    assert any("linking" in line for line in warning_log.lines(shown.name))
+
+
+def test_hidden_particles_are_not_named(shown):
+    warnings = Warnings()
+    note_hair(bpy.data.objects["cube"], warnings)
+    assert not len(warnings)
