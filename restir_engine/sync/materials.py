@@ -38,8 +38,7 @@ class Materials:
         """The program whose emission multiplies the lamp's own, -1 when that is 1 everywhere."""
         if not _has_nodes(light):
             return -1
-        compiler = Compiler(self._scene, "Light", light.name)
-        program = self._compiled(compiler, light.node_tree)
+        program = self._compiled(Compiler(self._scene, "Light", light.name), light)
         constant = not program.flags & MATERIAL_VARYING_EMISSION
         if constant and all(abs(x - 1.0) < 1e-6 for x in program.emission_estimate):
             return -1
@@ -55,35 +54,40 @@ class Materials:
         if material is None:
             return self._plain(_DEFAULT_COLOR, DIFFUSE)
         subsurface = material_subsurface(material)
-        tree = material.node_tree if _has_nodes(material) else None
-        if tree is not None:
-            program = self._tree(material, tree, subsurface)
+        if _has_nodes(material):
+            program = self._tree(material, subsurface)
         else:
             program = self._plain(tuple(material.diffuse_color)[:3], DIFFUSE)
         if subsurface.medium and not program.flags & MATERIAL_SUBSURFACE:
-            program = self._tree(material, tree, subsurface, is_medium=True)
+            program = self._tree(material, subsurface, is_medium=True)
         program.pass_index = material.pass_index
         program.medium_priority = material.restir.medium_priority
         settings = getattr(material, "cycles", None)
         program.emission_sampling = _EMISSION_SAMPLING.get(getattr(settings, "emission_sampling", "AUTO"), 1)
         return program
 
-    def _tree(self, material, tree, subsurface: Subsurface, is_medium: bool = False) -> Program:
+    def _tree(self, material, subsurface: Subsurface, is_medium: bool = False) -> Program:
         compiler = Compiler(self._scene, "Material", material.name)
         compiler.transparent_shadows = material.use_transparent_shadow
         compiler.displaces = material.displacement_method != "BUMP"
         compiler.subsurface, compiler.is_medium = subsurface, is_medium
-        return self._compiled(compiler, tree)
+        return self._compiled(compiler, material)
 
     def _world(self, world) -> Program:
         if not _has_nodes(world):
             return self._plain(tuple(world.color), ops.EMISSION)
-        return self._compiled(Compiler(self._scene, "World", world.name), world.node_tree)
+        return self._compiled(Compiler(self._scene, "World", world.name), world)
 
-    def _compiled(self, compiler: Compiler, tree: bpy.types.NodeTree) -> Program:
-        """The tree's program; a tree that defeats a converter is no reason to stop a render."""
+    def _compiled(self, compiler: Compiler, datablock) -> Program:
+        """The program of a datablock's tree; one that defeats a converter is no reason to stop a render."""
         try:
-            return compiler.compile(tree)
+            if not _has_nodes(datablock):
+                return compiler.compile(None)
+            if bpy.app.version < (5, 0, 0):
+                return compiler.compile(datablock.node_tree)
+            # Blender puts groups, zones, closures and bundles in their place; the tree lives as long as what holds it.
+            inlined = datablock.inline_shader_nodes()
+            return compiler.compile(inlined.node_tree)
         except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
             log.exception("%s %r could not be compiled", compiler.kind, compiler.name)
             compiler.warn(f"cannot be read ({error}), it is rendered in plain colour")

@@ -73,3 +73,36 @@ def test_values_of_the_sockets_themselves():
         cases[f"{inner}, {outer}"] = through(inner, outer, None, values[inner])
     wrong = {name: (p.cycles[4, 4], p.ours[4, 4]) for name, p in compare(cases).items() if not p.error <= 1e-4}
     assert not wrong, "\n".join(f"{name}: {values}" for name, values in wrong.items())
+
+
+def test_values_that_vary():
+    def texture(kind):
+        def source(tree):
+            coordinates = add_node(tree, "ShaderNodeTexCoord").outputs["UV"]
+            inputs = {"Vector": coordinates, "Vector_001": (7.0, -5.0, 0.0), "Vector_002": (0.3, 0.1, 0.6)}
+            scaled = add_node(tree, "ShaderNodeVectorMath", operation="MULTIPLY_ADD", inputs=inputs).outputs[0]
+            if kind == "value":
+                return add_node(tree, "ShaderNodeSeparateXYZ", inputs={"Vector": scaled}).outputs["X"]
+            return scaled
+
+        return source
+
+    def varying(inner, outer, source):
+        def build(tree):
+            node = add_node(tree, "ShaderNodeGroup", node_tree=group(inner, outer))
+            tree.links.new(source(tree), node.inputs[0])
+            return node.outputs[0]
+
+        return build
+
+    cases = {}
+    for inner, outer in itertools.product(TYPES, TYPES):
+        for kind in ("value", "vector"):
+            cases[f"{kind} into {inner}, {outer}"] = varying(inner, outer, texture(kind))
+    wrong = {}
+    for name, parity in compare(cases).items():
+        # Where a number jumps to the next, the points beside the middle of a pixel may differ.
+        differs = abs(parity.cycles - parity.ours).max(-1) > 2e-3
+        if differs.mean() > 0.05:
+            wrong[name] = parity.cycles[3, 3:5], parity.ours[3, 3:5]
+    assert not wrong, "\n".join(f"{name}: {values}" for name, values in wrong.items())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from .registry import closure, node
-from .sockets import FLOAT, kind_of
 
 
 @node("FunctionNodeInputBool")
@@ -21,13 +20,9 @@ def vector(c, node):
     return {"Vector": c.constant((*tuple(node.vector), 0.0, 0.0)[:3])}
 
 
-def _read(c, node, source: str, output) -> int:
-    return c.value(node, source) if kind_of(output) == FLOAT else c.vector(node, source)
-
-
 @node("NodeImplicitConversion")
 def implicit_conversion(c, node):
-    return {"Value": lambda: _read(c, node, node.inputs[0].identifier, node.outputs[0])}
+    return {"Value": lambda: c.converted(node, node.inputs[0].identifier, node.outputs[0])}
 
 
 def _chosen(node) -> str | None:
@@ -42,7 +37,7 @@ def menu_switch(c, node):
     if chosen is None:
         return {}
     flags = {output.identifier: c.constant(float(output.identifier == chosen)) for output in node.outputs[1:]}
-    return flags | {"Output": lambda: _read(c, node, chosen, node.outputs[0])}
+    return flags | {"Output": lambda: c.converted(node, chosen, node.outputs[0])}
 
 
 @closure("GeometryNodeMenuSwitch")

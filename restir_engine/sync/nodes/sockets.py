@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import bpy
 
-FLOAT, VECTOR, COLOR, SHADER = "VALUE", "VECTOR", "RGBA", "SHADER"
+INT, FLOAT, VECTOR, COLOR, SHADER = "INT", "VALUE", "VECTOR", "RGBA", "SHADER"
+NUMBERS = (INT, FLOAT)
 _KINDS = {
-    "INT": FLOAT,
-    "BOOLEAN": FLOAT,
+    "INT": INT,
+    "BOOLEAN": INT,
     "VALUE": FLOAT,
     "VECTOR": VECTOR,
     "ROTATION": VECTOR,
@@ -17,7 +18,7 @@ _KINDS = {
 
 
 def kind_of(socket: bpy.types.NodeSocket) -> str | None:
-    """FLOAT, VECTOR, COLOR or SHADER; None for sockets that carry nothing a program could use."""
+    """INT, FLOAT, VECTOR, COLOR or SHADER; None for sockets that carry nothing a program could use."""
     return _KINDS.get(socket.type)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from contextlib import contextmanager
 
 import bpy
@@ -10,10 +12,12 @@ from ...kernels.shading import opcodes as ops
 from .assembler import Assembler
 from .fallback import unsupported_node
 from .registry import NODES, UNLINKED
-from .sockets import COLOR, FLOAT, SHADER, VECTOR, Links, find_socket, kind_of, same_socket
+from .sockets import COLOR, FLOAT, INT, NUMBERS, SHADER, VECTOR, Links, find_socket, kind_of, same_socket
 
 # Up to 4.5 a value takes the type of each group socket that it passes; later Blender puts groups in their place first.
 _BORDERS_CONVERT = bpy.app.version < (5, 0, 0)
+
+_INLINED = re.compile(r"^\d+_")  # what Blender puts before the names of nodes when it puts groups in their place
 
 
 class ValueCompiler(Assembler):
@@ -55,6 +59,10 @@ class ValueCompiler(Assembler):
         """The first register of an input as a vector or colour."""
         return self._input_as(node, name, VECTOR, default)
 
+    def converted(self, node: bpy.types.Node, name: str, output: bpy.types.NodeSocket) -> int:
+        """The register of an input as what an output of the node is."""
+        return self._input_as(node, name, kind_of(output), 0.0)
+
     def normal(self, node: bpy.types.Node, name: str = "Normal") -> int:
         """The register of a normal, -1 (the shading normal) when it is not linked."""
         return self.vector(node, name) if self.is_linked(node, name) else -1
@@ -74,7 +82,7 @@ class ValueCompiler(Assembler):
 
     def warn(self, text: str) -> None:
         """A warning that names the datablock and the node that is being converted."""
-        place = f"node “{self._nodes[-1].name}”: " if self._nodes else ""
+        place = f"node “{_INLINED.sub('', self._nodes[-1].name)}”: " if self._nodes else ""
         self.scene.warnings.add(self.kind, self.name, place + text)
 
     def once(self, key, make) -> int:
@@ -94,7 +102,7 @@ class ValueCompiler(Assembler):
     def _input_as(self, node, name, kind, default) -> int:
         socket = find_socket(node.inputs, name)
         if socket is None:
-            return self.constant(default if kind == FLOAT else (default,) * 3)
+            return self.constant(default if kind in NUMBERS else (default,) * 3)
         return self._convert(*self._input(node, socket), kind)
 
     def _input(self, node, socket) -> tuple[int, str]:
@@ -110,7 +118,7 @@ class ValueCompiler(Assembler):
         kind = kind_of(socket)
         if kind == VECTOR and socket.hide_value and socket.name in UNLINKED:
             return UNLINKED[socket.name](self, node)
-        if kind == FLOAT:
+        if kind in NUMBERS:
             return self.constant(float(socket.default_value))
         if kind in (COLOR, VECTOR):
             return self.constant(tuple(socket.default_value)[:3])
@@ -210,8 +218,10 @@ class ValueCompiler(Assembler):
         self._path = before
 
     def _convert(self, register: int, kind: str, wanted: str) -> int:
-        """A value as another kind: luminance of a colour, mean of a vector, the same float three times."""
-        if (kind == FLOAT) == (wanted == FLOAT):
+        """A value as another kind: luminance of a colour, mean of a vector, a number three times or truncated."""
+        if wanted == INT:
+            return register if kind == INT else self._truncated(self._convert(register, kind, FLOAT))
+        if (kind in NUMBERS) == (wanted == FLOAT):
             return register
         if wanted == FLOAT:
             opcode = ops.LUMINANCE if kind == COLOR else ops.AVERAGE
@@ -225,6 +235,19 @@ class ValueCompiler(Assembler):
             if known is not None:
                 return self.constant(known * 3)
         return self._cached(("as", opcode, register), lambda: self._emit_conversion(opcode, register, wanted))
+
+    def _truncated(self, register: int) -> int:
+        """A number without its fraction."""
+        known = self.constant_value(register)
+        if known is not None:
+            return self.constant(float(math.trunc(known[0])) if math.isfinite(known[0]) else 0.0)
+
+        def truncate() -> int:
+            out, zero = self.allocate(1), self.constant(0.0)
+            self.emit(ops.MATH, out, ops.MATH_OPERATIONS.index("TRUNC"), register, zero, zero)
+            return out
+
+        return self._cached(("truncated", register), truncate)
 
     def _emit_conversion(self, opcode, register, wanted) -> int:
         out = self.allocate(1 if wanted == FLOAT else 3)
