@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels.core import records as rec
+from ..kernels.core.vec import LARGEST_RADIANCE
 from ..scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 from .identity import identity
 
@@ -26,6 +27,7 @@ def sync_light(scene, instance, materials, seen_by: int) -> None:
     strength = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
     if light.use_temperature:
         strength *= np.array(light.temperature_color)
+    strength = np.where(np.abs(strength) <= LARGEST_RADIANCE, strength, 0.0)
     strength, material = _with_program(scene, light, materials, strength)
     common = {
         "material": material,

@@ -7,7 +7,7 @@ import logging
 import bpy
 
 from ..kernels.core.records import MATERIAL_SUBSURFACE, MATERIAL_VARYING_EMISSION
-from ..kernels.lobes.nodes import DIFFUSE
+from ..kernels.lobes.nodes import BSDF_NODES, DIFFUSE, MULTI_GGX, NORMAL, TANGENT
 from ..kernels.shading import opcodes as ops
 from ..scene.shaders import Program
 from .nodes import Compiler
@@ -17,6 +17,7 @@ log = logging.getLogger(__name__)
 
 _EMISSION_SAMPLING = {"NONE": 0, "AUTO": 1, "FRONT": 2, "BACK": 3, "FRONT_BACK": 4}
 _DEFAULT_COLOR = (0.8, 0.8, 0.8)  # of a slot without a material, as Cycles has it
+_DEFAULT_SURFACE = {"Base Color": 0.8, "Roughness": 0.5, "IOR": 1.5, "Alpha": 1.0}  # of Cycles' Principled, else 0
 
 
 class Materials:
@@ -52,7 +53,7 @@ class Materials:
 
     def _material(self, material) -> Program:
         if material is None:
-            return self._plain(_DEFAULT_COLOR, DIFFUSE)
+            return self._default()
         subsurface = material_subsurface(material)
         if _has_nodes(material):
             program = self._tree(material, subsurface)
@@ -83,15 +84,29 @@ class Materials:
         try:
             if not _has_nodes(datablock):
                 return compiler.compile(None)
-            if bpy.app.version < (5, 0, 0):
+            if not _to_inline(datablock.node_tree):
                 return compiler.compile(datablock.node_tree)
-            # Blender puts groups, zones, closures and bundles in their place; the tree lives as long as what holds it.
-            inlined = datablock.inline_shader_nodes()
+            inlined = datablock.inline_shader_nodes()  # its tree lives as long as this
             return compiler.compile(inlined.node_tree)
         except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
             log.exception("%s %r could not be compiled", compiler.kind, compiler.name)
             compiler.warn(f"cannot be read ({error}), it is rendered in plain colour")
             return self._plain(_DEFAULT_COLOR, DIFFUSE if compiler.kind == "Material" else ops.EMISSION)
+
+    def _default(self) -> Program:
+        """The program of a slot without a material: from Blender 5 on Principled, before Diffuse, both of 0.8."""
+        if bpy.app.version < (5, 0, 0):
+            return self._plain(_DEFAULT_COLOR, DIFFUSE)
+        compiler = Compiler(self._scene, "Material", "")
+        layout = BSDF_NODES["ShaderNodeBsdfPrincipled"]
+        words = []
+        for item in layout.inputs:
+            value = _DEFAULT_SURFACE.get(item.name, item.missing)
+            unlinked = item.default in (NORMAL, TANGENT)
+            words.append(-1 if unlinked else compiler.constant(value if item.components == 1 else (value,) * 3))
+        words += [MULTI_GGX, *[0] * (len(layout.enums) - 1)]
+        compiler.emit(layout.opcode, compiler.one, *words)
+        return compiler.program()
 
     def _plain(self, color: tuple[float, float, float], opcode: int) -> Program:
         """A program of one colour that is scattered or emitted."""
@@ -108,3 +123,18 @@ class Materials:
 def _has_nodes(datablock) -> bool:
     # From 5.0 on there are nodes always and asking warns.
     return datablock.node_tree is not None and (bpy.app.version >= (5, 0, 0) or datablock.use_nodes)
+
+
+# The beginnings of the types of nodes that stand for themselves in a tree.
+_PLAIN = ("ShaderNode", "NodeReroute", "NodeFrame", "NodeImplicitConversion", "FunctionNodeInput")
+
+
+def _to_inline(tree: bpy.types.NodeTree) -> bool:
+    """Whether Blender shall put groups, zones, closures, bundles and switches in their place, as it can from 5.0 on.
+
+    Only where there are any: it crashes on links that no tree should have (5.2.3: Menu to a shader).
+    """
+    if bpy.app.version < (5, 0, 0):
+        return False
+    names = (node.bl_idname for node in tree.nodes)
+    return any(name == "ShaderNodeGroup" or not name.startswith(_PLAIN) for name in names)

@@ -17,15 +17,13 @@ from .topology import islands, pointiness, tangents
 
 DOMAINS = {"POINT": DOMAIN_POINT, "CORNER": DOMAIN_CORNER, "FACE": DOMAIN_FACE}
 
-# Type of an attribute → name of its values, their type in memory, components.
+# Type of an attribute → name of its values, their type in memory, components. Cycles reads no others.
 LAYOUTS = {
     "FLOAT": ("value", np.float32, 1),
     "INT": ("value", np.int32, 1),
     "INT8": ("value", np.int8, 1),
     "BOOLEAN": ("value", bool, 1),
     "FLOAT2": ("vector", np.float32, 2),
-    "INT32_2D": ("value", np.int32, 2),
-    "INT16_2D": ("value", np.int16, 2),
     "FLOAT_VECTOR": ("vector", np.float32, 3),
     "FLOAT_COLOR": ("color", np.float32, 4),
     "QUATERNION": ("value", np.float32, 4),
@@ -135,7 +133,7 @@ def _read_attribute(mesh: Mesh, data, name: str, index: int) -> Attribute | None
 
 
 def read_values(attribute) -> np.ndarray | None:
-    """All values of a bpy attribute as (n, components); colours are linear; None for types that are no numbers."""
+    """All values of a bpy attribute as (n, components); colours are linear; None for types that Cycles leaves out."""
     if attribute.data_type == "BYTE_COLOR":
         return _byte_colors(attribute.data)
     if attribute.data_type not in LAYOUTS:
@@ -243,6 +241,28 @@ _UV, _GENERATED = names.RESERVED.index(names.UV), names.RESERVED.index(names.GEN
 def _tangents(mesh: Mesh, data, uv_map: str, index: int) -> Attribute | None:
     layer = data.uv_layers.get(uv_map) if uv_map else next((x for x in data.uv_layers if x.active_render), None)
     if layer is None:
-        return None
+        if uv_map or len(data.uv_layers):
+            return None
+        return Attribute(index, DOMAIN_CORNER, tangents(mesh, _sphere_map(mesh, len(data.loops))))
     uv = _read(layer.uv, "vector", (len(layer.uv), 2), np.float32)
     return Attribute(index, DOMAIN_CORNER, tangents(mesh, uv))
+
+
+def _sphere_map(mesh: Mesh, n_corners: int) -> np.ndarray:
+    """(n_corners, 2) coordinates on a sphere around the origin, in place of a UV map, of the undeformed shape."""
+    generated = mesh.attribute(_GENERATED)
+    points = mesh.vertices.astype(np.float64)
+    if generated is not None:
+        points = generated.values / np.array(mesh.generated_scale) + np.array(mesh.generated_offset)
+    x, y, z = points.T
+    length = np.linalg.norm(points, axis=1)
+    u = np.where((x == 0.0) & (y == 0.0), 0.0, 0.5 - np.arctan2(x, y) / (2.0 * np.pi))
+    v = 1.0 - np.arccos(np.clip(z / np.where(length > 0.0, length, 1.0), -1.0, 1.0)) / np.pi
+    at_vertices = np.where(length[:, None] > 0.0, np.stack([u, v], 1), 0.0)
+    at_corners = at_vertices[mesh.triangles]
+    if bpy.app.version >= (5, 0, 0):  # a triangle across the seam goes on beyond it
+        wide = np.ptp(at_corners[..., 0], axis=1, keepdims=True) > 0.5
+        at_corners[..., 0] += wide & (at_corners[..., 0] < 0.5)
+    uv = np.zeros((n_corners, 2), np.float32)
+    uv[mesh.corners.ravel()] = at_corners.reshape(-1, 2)
+    return uv

@@ -72,7 +72,11 @@ def compare(cases: dict[str, Build], scale: float = 1.0, offset: float = 0.0, ba
 def emission(scene) -> np.ndarray:
     """What the programs of a committed scene emit towards its camera: (height, width, 3), bottom row first."""
     width, height = scene.camera.film_size
-    camera, sp, closures = np.zeros(1, rec.CAMERA), np.zeros(1, rec.SHADING_POINT), np.zeros(32, rec.CLOSURE)
+    camera, sp, closures = (
+        np.zeros(1, rec.CAMERA),
+        np.zeros(1, rec.SHADING_POINT),
+        np.zeros(rec.MAX_CLOSURES, rec.CLOSURE),
+    )
     camera[0] = scene.camera.record()
     registers = np.zeros(rec.MAX_REGISTERS)
     sp["closures"], sp["registers"] = address(closures), address(registers)

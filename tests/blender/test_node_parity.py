@@ -228,6 +228,49 @@ def _input_cases():
     yield "tangent second", _one("ShaderNodeTangent", direction_type="UV_MAP", uv_map="Second")
 
 
+# Types of attributes: the field of their values and how many numbers it takes.
+_ATTRIBUTE_TYPES = {
+    "FLOAT": ("value", 1),
+    "INT": ("value", 1),
+    "INT8": ("value", 1),
+    "BOOLEAN": ("value", 1),
+    "FLOAT2": ("vector", 2),
+    "INT32_2D": ("value", 2),
+    "INT16_2D": ("value", 2),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+    "QUATERNION": ("value", 4),
+    "FLOAT4X4": ("value", 16),
+}
+
+
+def _attribute_cases():
+    """Every type of attribute, through each output of the Attribute node."""
+    known = {item.identifier for item in bpy.types.Attribute.bl_rna.properties["data_type"].enum_items}
+
+    def stored(name, kind, output):
+        def build(tree):
+            attribute = bpy.data.meshes[name].attributes.new("stored", kind, "POINT")
+            field, size = _ATTRIBUTE_TYPES[kind]
+            numbers = [True] if kind == "BOOLEAN" else [3, 1] if kind.startswith("INT") else [0.7, 0.2, 0.4, 0.9]
+            values = np.resize(np.array(numbers), size).tolist()
+            if kind == "FLOAT4X4":
+                values = np.reshape(values, (4, 4)).tolist()
+            for element in attribute.data:
+                setattr(element, field, values if size > 1 else values[0])
+            return add_node(tree, "ShaderNodeAttribute", attribute_name="stored").outputs[output]
+
+        return build
+
+    for kind in known & _ATTRIBUTE_TYPES.keys():
+        for output in ("Color", "Vector", "Fac", "Alpha"):
+            yield f"{kind} {output}", stored(f"{kind} {output}", kind, output)
+    for name in ("UVMap", "Second", "position", "uv"):
+        for output in ("Color", "Fac", "Alpha"):
+            yield f"{name} {output}", _one("ShaderNodeAttribute", output=output, attribute_name=name)
+
+
 def _bump(**settings):
     inputs = settings.pop("inputs", {"Strength": 0.8, "Distance": 0.5})
 
@@ -278,6 +321,7 @@ FAMILIES = {
     "colors": (_color_cases, 1.0, 0.0),
     "tables": (_table_cases, 0.5, 0.5),
     "inputs": (_input_cases, 0.05, 0.5),
+    "attributes": (_attribute_cases, 0.2, 0.2),
     "normals": (_normal_cases, 0.5, 0.5),
 }
 if bpy.app.version >= (5, 0, 0):

@@ -5,6 +5,9 @@ import math
 from .jit import device, inlined
 from .memory import load_f32, load_f64, store_f32, store_f64
 
+# More than this is no radiance but an overflow: 65,536 samples of it still fit into the film's float32.
+LARGEST_RADIANCE = 5e33
+
 
 @device
 def add(a, b):

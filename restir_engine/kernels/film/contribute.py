@@ -5,12 +5,11 @@ between the light and the eye, and thereby clamps and passes, follow from the pa
 the first surface are no light: `surface_passes`.
 """
 
-import math
 from typing import NamedTuple
 
 from ..core.jit import device, inlined
 from ..core.memory import load_f32, store_f32
-from ..core.vec import average, is_black, mul, vec
+from ..core.vec import LARGEST_RADIANCE, average, is_black, mul, vec
 from ..lobes.classes import NO_LOBES, Lobes, lobe_sum, share
 
 # Where light comes from (What.kind). By the path's own ray: what lamps, surfaces and media emit; the world; the world
@@ -83,7 +82,7 @@ def wants_backdrop(film):
 def _clamped(c, limit):
     """Scale a contribution whose channels add up to more than `limit`; one that is not finite becomes black."""
     total = abs(c[0]) + abs(c[1]) + abs(c[2])
-    if not total < math.inf:
+    if not total <= LARGEST_RADIANCE:
         return (0.0, 0.0, 0.0)
     if total > limit:
         s = limit / total

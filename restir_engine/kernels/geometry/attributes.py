@@ -37,6 +37,17 @@ def attribute(scene, sp, name, du, dv):
 
 
 @device
+def mesh_components(scene, sp, name):
+    """How many components the mesh's attribute of this name has, 0 without one."""
+    mesh = mesh_at(scene.meshes, sp.mesh)
+    for i in range(mesh.n_attributes):
+        entry = attribute_at(mesh.attributes, i)
+        if entry.name == name:
+            return entry.components
+    return 0
+
+
+@device
 def generated(scene, sp, du, dv):
     """Generated texture coordinates at barycentrics (u + du, v + dv), those of the undeformed shape where it is known.
 

@@ -40,7 +40,7 @@ from ..core.vec import (
     transform_vector,
     vec,
 )
-from ..geometry.attributes import generated
+from ..geometry.attributes import generated, mesh_components
 from ..geometry.surface import object_normal
 from . import opcodes as ops
 from .math_ops import clamp, divide
@@ -330,6 +330,17 @@ def _attribute(scene, sp, registers, code, at):
 
 
 @device
+def _attribute_factor(scene, sp, registers, code, at):
+    name = load_i32(code, at + 1)
+    if sp.light >= 0 and name == ATTRIBUTE_UV:
+        return (1.0 - sp.v) * (1.0 / 3.0)
+    _, x, y, z, _ = shifted_attribute(scene, sp, name, load_i32(code, at + 2), number(registers, code, at + 3))
+    if sp.instance >= 0 and mesh_components(scene, sp, name) == 2:
+        return x
+    return (x + y + z) * (1.0 / 3.0)
+
+
+@device
 def _wireframe(sp, registers, code, at):
     """1 nearer than half the size to an edge of the triangle, else 0."""
     size = number(registers, code, at + 4)
@@ -356,6 +367,8 @@ def input_op(scene, sp, registers, code, at):
         store3_f64(registers, out, _geometry(scene, sp, load_i32(code, at + 1), load_i32(code, at + 2), width))
     elif op == ops.ATTRIBUTE:
         _attribute(scene, sp, registers, code, at)
+    elif op == ops.ATTRIBUTE_FACTOR:
+        store_f64(registers, out, _attribute_factor(scene, sp, registers, code, at))
     elif op == ops.OBJECT_INFO:
         _object_info(scene, sp, registers, out)
     elif op == ops.LIGHT_PATH:

@@ -5,7 +5,7 @@ import numpy as np
 from ..core.jit import Entry, device, entry, inlined
 from ..core.memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
 from ..core.records import MATERIAL_LAMBERT, RAY_NO_LOBES, RAY_SHADOW, material_at, scene_at, shading_point_at
-from ..core.vec import normalize, put, store3_f64, vec
+from ..core.vec import LARGEST_RADIANCE, normalize, put, store3_f64, vec
 from ..lobes.closure import LOBE_LAMBERT, add_closure
 from ..lobes.entries import BSDF_ENTRIES, makes_no_lobes
 from ..volume.program import medium_op
@@ -34,7 +34,9 @@ def _emission(sp, registers, code, at):
     weight, color = triple(registers, code, at), triple(registers, code, at + 1)
     strength = number(registers, code, at + 2)
     for k in range(3):
-        sp.emission[k] += weight[k] * color[k] * strength
+        radiance = weight[k] * color[k] * strength
+        if abs(radiance) <= LARGEST_RADIANCE:  # as in Cycles' film, what is not finite is black
+            sp.emission[k] += radiance
 
 
 @device
@@ -172,7 +174,7 @@ _ENTRIES: dict[int, Entry] = {
     _PROGRAM: _program,
     **dict.fromkeys(range(ops.MATH, ops.ROTATE_EULER + 1), math_op),
     **dict.fromkeys(range(ops.MIX_COLOR, ops.CLAMP_COLOR + 1), color_op),
-    **dict.fromkeys(range(ops.GEOMETRY, ops.WIREFRAME + 1), input_op),
+    **dict.fromkeys(range(ops.GEOMETRY, ops.ATTRIBUTE_FACTOR + 1), input_op),
     **dict.fromkeys(range(ops.BUMP, ops.VECTOR_DISPLACEMENT + 1), bump_op),
     **TEXTURE_ENTRIES,
     **BSDF_ENTRIES,

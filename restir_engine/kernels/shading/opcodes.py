@@ -85,6 +85,7 @@ LIGHT_FALLOFF = 66  # out (3: quadratic, linear, constant), strength, smooth
 CAMERA_DATA = 67  # out (5: view vector, depth, distance)
 VECTOR_TRANSFORM = 68  # out, index into TRANSFORM_TYPES!, from space!, to space!, vector
 WIREFRAME = 69  # out, in pixels!, offset!, width, size
+ATTRIBUTE_FACTOR = 70  # out, name!, offset!, width: x of two components, else the mean of x, y and z
 
 (
     POINT_POSITION,

@@ -8,7 +8,8 @@ import bpy
 import numpy as np
 
 from ...kernels.core import records as rec
-from ...kernels.lobes.nodes import TRANSPARENT
+from ...kernels.core.vec import LARGEST_RADIANCE
+from ...kernels.lobes.nodes import BSDF_NODES, TRANSPARENT
 from ...kernels.shading import opcodes as ops
 from ...scene.names import split_object_property
 from ...scene.shaders import Program
@@ -20,6 +21,9 @@ from .registry import CLOSURES, INSIDE, VOLUMES
 from .sockets import COLOR, SHADER, find_socket
 from .subsurface import Subsurface, emit_medium
 from .values import ValueCompiler
+
+# Instructions that add a closure (or more) to what Cycles has room for; transparency is kept apart.
+_CLOSURE_OPCODES = frozenset(layout.opcode for layout in BSDF_NODES.values()) - {TRANSPARENT}
 
 
 class Compiler(ValueCompiler):
@@ -69,6 +73,9 @@ class Compiler(ValueCompiler):
         shadow = None
         if self.flags & rec.MATERIAL_TRANSPARENT:
             shadow = shadow_instructions(self) if self.transparent_shadows else []
+        count = sum(instruction[0] in _CLOSURE_OPCODES for instruction in self.instructions)
+        if count > rec.MAX_CLOSURES:
+            self.warn(f"has {count} closures, of which {rec.MAX_CLOSURES} at most are rendered at a point")
         code, constants, medium = self.finish(shadow, self._medium)
         return Program(
             code, constants, flags=self.flags, emission_estimate=tuple(self.emission_estimate), medium=medium
@@ -148,7 +155,9 @@ class Compiler(ValueCompiler):
             return
         share = self._estimates.get(weight, 1.0) if known[0] is None else np.array(known[0])
         radiance = [np.array(values) if values is not None else np.ones(1) for values in known[1:]]
-        radiance = share * radiance[0] * radiance[1]
+        with np.errstate(all="ignore"):
+            radiance = share * radiance[0] * radiance[1]
+            radiance = np.where(np.abs(radiance) <= LARGEST_RADIANCE, radiance, 0.0)
         if not exact or any(values is None for values in known) or (radiance < 0.0).any():
             self.flags |= rec.MATERIAL_VARYING_EMISSION
         self.flags |= rec.MATERIAL_EMITS
@@ -157,7 +166,7 @@ class Compiler(ValueCompiler):
     def _varies_in_space(self, instruction: list[int]) -> bool:
         """Whether what an instruction computes depends on the point: textures, and most of what is read from it."""
         opcode = instruction[0]
-        if opcode == ops.ATTRIBUTE:
+        if opcode in (ops.ATTRIBUTE, ops.ATTRIBUTE_FACTOR):
             name = list(self.scene.attribute_names)[instruction[2]]
             return split_object_property(name) is None
         return opcode in (ops.GEOMETRY, ops.WIREFRAME) or 80 <= opcode < 200

@@ -31,10 +31,15 @@ def attribute(c, name: str) -> int:
     return c.once(("attribute", name), read)
 
 
-def _average(c, register: int) -> int:
-    out = c.allocate(1)
-    c.emit(ops.AVERAGE, out, register)
-    return out
+def _factor(c, name: str) -> int:
+    """The register of an attribute as one number."""
+
+    def read() -> int:
+        out = c.allocate(1)
+        c.emit(ops.ATTRIBUTE_FACTOR, out, c.attribute(name), c.offset, c.width)
+        return out
+
+    return c.once(("factor", name), read)
 
 
 def _zeros(c, node) -> dict[str, int]:
@@ -132,7 +137,7 @@ def _attribute_outputs(c, name: str):
     return {
         "Color": lambda: attribute(c, name),
         "Vector": lambda: attribute(c, name),
-        "Fac": lambda: _average(c, attribute(c, name)),
+        "Fac": lambda: _factor(c, name),
         "Alpha": lambda: attribute(c, name) + 3,
     }
 

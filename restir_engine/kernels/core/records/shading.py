@@ -48,7 +48,7 @@ CLOSURE = record(
     ("p", 16),  # what else the lobe needs; each lobe module names its own
 )
 closure_at = record_at(CLOSURE)
-MAX_CLOSURES = 32
+MAX_CLOSURES = 64  # as many as Cycles
 MAX_REGISTERS = 2048
 
 SHADING_POINT = record(
