@@ -1,18 +1,54 @@
 #!/usr/bin/env bash
-# Runs the tests with every supported Python that this machine has. Arguments go to pytest.
+# Runs the tests with every supported Python that this machine has: ./test.sh [--deep] [arguments of pytest].
+#
+# The newest Python runs everything, an older one the tests that touch Blender; with --deep both run everything, and
+# the cases marked `deep` as well. Kernels are compiled first, by all Pythons at once. Where pytest is given arguments
+# each Python runs what they say, in one process.
 set -euo pipefail
 source "$(dirname "$0")/tools/environment.sh"
 
-versions=$(available_pythons)
-if [ -z "$versions" ]; then
+deep=()
+if [ "${1:-}" = "--deep" ]; then
+    deep=(--deep)
+    shift
+fi
+versions=($(available_pythons))
+if [ ${#versions[@]} = 0 ]; then
     echo "Python 3.11 or 3.13 is needed: Blender exists as a module for these two." >&2
     exit 1
 fi
 cd "$root"
-status=0
-for version in $versions; do
+pythons=()
+for version in "${versions[@]}"; do
     make_environment "$version" "blender test"
-    echo "Tests with Python $version"
-    "$python" -m pytest "$@" || status=$?
+    pythons+=("$python")
+done
+newest=${versions[-1]}
+status=0
+
+if [ $# != 0 ]; then
+    for i in "${!versions[@]}"; do
+        echo "Tests with Python ${versions[i]}"
+        "${pythons[i]}" -m pytest "${deep[@]}" "$@" || status=$?
+    done
+    exit $status
+fi
+
+cores=$(nproc)
+share=$((cores / ${#versions[@]} > 0 ? cores / ${#versions[@]} : 1))
+jobs=()
+for i in "${!versions[@]}"; do
+    "${pythons[i]}" -m testing.compile --processes "$share" | sed "s/^/Python ${versions[i]}: /" &
+    jobs+=($!)
+done
+for job in "${jobs[@]}"; do
+    wait "$job" || status=$?
+done
+
+for i in "${!versions[@]}"; do
+    parts=()
+    [ "${versions[i]}" = "$newest" ] || [ ${#deep[@]} != 0 ] || parts=(tests/blender tests/images)
+    echo "Tests with Python ${versions[i]}"
+    "${pythons[i]}" -m pytest -n "$cores" --durations=20 "${deep[@]}" "${parts[@]}" || status=$?
 done
 exit $status

@@ -41,17 +41,18 @@ def standard_error(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.sqrt((((a - b) / 2) ** 2).sum((0, 1))) / (a.shape[0] * a.shape[1])
 
 
+def block_means(x: np.ndarray, block: int = 8) -> np.ndarray:
+    """Means over square blocks of pixels: (n, height, width, channels) → (n, rows, columns, channels)."""
+    n, h, w, channels = x.shape
+    return x.reshape(n, h // block, block, w // block, block, channels).mean((2, 4))
+
+
 def compare(a: np.ndarray, b: np.ndarray, block: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(relative difference of the means by channel, its standard error, z by block of pixels) of two `frames`."""
-
-    def blocks(x):
-        n, h, w, channels = x.shape
-        return x.reshape(n, h // block, block, w // block, block, channels).mean((2, 4))
-
     mean = b.mean((0, 1, 2))
     off = (a.mean((0, 1, 2)) - mean) / mean
     error = np.hypot(*(x.mean((1, 2)).std(0, ddof=1) / math.sqrt(len(x)) for x in (a, b))) / mean
-    a, b = blocks(a), blocks(b)
+    a, b = block_means(a, block), block_means(b, block)
     spread = np.hypot(*(x.std(0, ddof=1) / math.sqrt(len(x)) for x in (a, b)))
     z = (a.mean(0) - b.mean(0)) / np.maximum(spread, 1e-6 * np.abs(b).mean(0) + 1e-12)  # float32 is no finer
     return off, error, z

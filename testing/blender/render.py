@@ -7,7 +7,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 from restir_engine import engine
 
 from ..measures import flip, standard_error
+from ..statistics import Sequential, Verdict
 from . import kit
 from .registry import BOUNDS, Scene
 
@@ -173,6 +174,18 @@ class Comparison:
     def _mean(images: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
         return np.mean(images, (0, 1, 2), dtype=np.float64)
 
+    def told(self) -> bool:
+        """Whether fewer than all samples tell: the means within their bounds or beyond, and FLIP within its bound.
+
+        One difference of a bound in a hundred passes, one within it in a thousand is taken for one beyond. Noise hides
+        a part of what FLIP sees with all samples.
+        """
+        mean_bound, flip_bound = BOUNDS[self.scene.group]
+        test = Sequential(mean_bound, mean_bound, false_alarm=0.001, miss=0.01, looks=len(SHARES))
+        verdict = test.look(self.difference, self.error)
+        alike = verdict is Verdict.SAME and self.flip <= self.flip_noise + flip_bound
+        return alike or verdict is Verdict.DIFFERENT
+
     def failures(self) -> list[str]:
         """What is out of bounds, and what was measured too coarsely to tell."""
         mean_bound, flip_bound = BOUNDS[self.scene.group]
@@ -189,12 +202,35 @@ class Comparison:
         return lines
 
 
+# Of a scene's samples, what each look adds.
+SHARES = (0.125, 0.125, 0.25, 0.5)
+
+
 def compare(item: Scene, ours: str = "RESTIR") -> Comparison:
     """Render a scene twice with Cycles and twice with `ours`."""
+    return next(comparisons(item, ours, (1.0,)))
+
+
+def compare_until_told(item: Scene, ours: str = "RESTIR") -> Comparison:
+    """The first comparison that tells, or that of all samples."""
+    for comparison in comparisons(item, ours, SHARES):
+        if comparison.told():
+            break
+    return comparison
+
+
+def comparisons(item: Scene, ours: str, shares: Sequence[float]) -> Iterator[Comparison]:
+    """Comparisons of ever more samples, each with all of those before; each share has seeds of its own."""
     prepare(item)
-    images, seconds = [], []
-    for name, seeds in (("CYCLES", (1, 2)), (ours, (3, 4))):
-        start = time.perf_counter()
-        images.append(tuple(render(name, item.samples, seed) for seed in seeds))
-        seconds.append(time.perf_counter() - start)
-    return Comparison(item, *images, tuple(seconds))
+    kinds = (("CYCLES", (1, 2)), (ours, (3, 4)))
+    done, images, seconds = 0, [[0.0, 0.0], [0.0, 0.0]], [0.0, 0.0]
+    for number, share in enumerate(shares):
+        samples = max(1, round(share * item.samples))
+        for kind, (name, seeds) in enumerate(kinds):
+            start = time.perf_counter()
+            for i, seed in enumerate(seeds):
+                new = render(name, samples, seed + 4 * number)
+                images[kind][i] = (done * images[kind][i] + samples * new) / (done + samples)
+            seconds[kind] += time.perf_counter() - start
+        done += samples
+        yield Comparison(item, *(tuple(pair) for pair in images), tuple(seconds))
