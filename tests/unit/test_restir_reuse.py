@@ -35,6 +35,7 @@ def assert_unbiased(moves: str, plan: ReuseSettings, truth, first_seed: int) -> 
     assert (np.abs(found) < 3.0 * error).all()
 
 
+@pytest.mark.deep  # where all moves at once is below
 @pytest.mark.parametrize("moves", MOVES)
 def test_history_keeps_the_mean_whatever_moves(truth, moves):
     """Four frames; the standard error is about 0.1 %."""

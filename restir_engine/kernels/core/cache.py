@@ -62,8 +62,9 @@ def _used(folder: Path) -> Path:
 @cache
 def _all_sources() -> bytes:
     digest = hashlib.sha1()
-    for path in sorted((_ROOT / "kernels").rglob("*.py")):
-        digest.update(path.read_bytes())
+    for folder in ("kernels", "integrators"):
+        for path in sorted((_ROOT / folder).rglob("*.py")):
+            digest.update(path.read_bytes())
     return digest.digest()
 
 
