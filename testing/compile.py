@@ -14,6 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 from restir_engine import kernels
 from restir_engine.kernels.core.jit import Entry
+from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.session import INTEGRATORS
 from testing.scenes.rooms import picture_scene, render
 
@@ -21,7 +22,7 @@ from testing.scenes.rooms import picture_scene, render
 def compile_integrators() -> float:
     """Render a room under every kind of light with each integrator; seconds of the processor."""
     for name in INTEGRATORS:
-        render(picture_scene("all", 8), 2, integrator=name, restir_temporal=True, restir_rounds=1)
+        render(picture_scene("all", 8), 2, integrator=name, reuse=ReuseSettings(temporal=True, rounds=1))
     return time.process_time()
 
 
