@@ -20,7 +20,7 @@ from ..core.records import (
 from ..core.vec import dot, madd, max3, mul, neg, put, scale, vec
 from ..film.contribute import EMISSION, contribute, found
 from ..film.surface_passes import medium_passes
-from ..lobes.classes import Lobes
+from ..lobes.classes import Lobes, share
 from ..path.direct import add_light_sample, draw_light
 from ..path.state import ARRIVES, DIM_DIRECTION, DIM_LOBE, DIMENSIONS, ENDS, GOES_ON, LAST, roulette
 from ..subsurface.phase import around
@@ -151,7 +151,7 @@ def _scatter(scene, integrator, film, scratch, path, sp):
     media = scratch + SCRATCH_MEDIA
     m = media_at(media, 0)
     medium_passes(film, path, (
-        _share(m.sigma_s[0], m.sigma_t[0]), _share(m.sigma_s[1], m.sigma_t[1]), _share(m.sigma_s[2], m.sigma_t[2]),
+        share(m.sigma_s[0], m.sigma_t[0]), share(m.sigma_s[1], m.sigma_t[1]), share(m.sigma_s[2], m.sigma_t[2]),
     ))  # fmt: skip
     weight = roulette(integrator, path)
     if weight == 0.0:
@@ -200,11 +200,6 @@ def _direct_light(scene, integrator, film, scratch, path, sp, d):
 
 
 @device
-def _share(part, whole):
-    return part / whole if whole > 0.0 else 0.0
-
-
-@device
 def phase_density(media, cosine):
     """The phase function of the media at an address, a mixture by their mean coefficients over the channels."""
     top = media_at(media, 0).top
@@ -233,12 +228,12 @@ def choose_cosine(media, u0, u1):
             for k in range(0, PHASE * entry.n_phases, PHASE):
                 weight = entry.phases[k + 1]
                 total += weight
-                share = weight / total
-                if u0 < share:
+                part = weight / total
+                if u0 < part:
                     chosen = i
                     at = k
-                    u0 /= share
+                    u0 /= part
                 else:
-                    u0 = (u0 - share) / (1.0 - share)
+                    u0 = (u0 - part) / (1.0 - part)
     p = entry_at(media, chosen).phases
     return phase_cosine(int(p[at]), p[at + 2], p[at + 3], p[at + 4], u1)
