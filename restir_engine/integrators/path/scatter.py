@@ -7,7 +7,7 @@ from ...kernels.film.contribute import class_shares
 from ...kernels.geometry.surface import offset_origin
 from ...kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_sample
 from ...kernels.lobes.classes import lobe_sum
-from ...kernels.path.state import DIM_DIRECTION, DIM_LOBE, ENDS, ENTERS, GOES_ON, next_state, pass_through
+from ...kernels.path.state import DIM_DIRECTION, DIM_LOBE, ENDS, ENTERS, GOES_ON, next_ray, next_state, pass_through
 
 
 @inlined
@@ -30,11 +30,6 @@ def bounce(scene, integrator, path, sp):
         put(path.glossy_share, glossy)
     if label & LABEL_SUBSURFACE:
         return ENTERS
-    put(path.o, offset_origin(sp, wi))
-    put(path.d, normalize(wi))
-    put(path.receiver, vec(sp.receiver))
-    put(path.light_shares, vec(sp.light_shares))
-    path.tmin = 0.0
-    path.dp = sp.dp
+    next_ray(path, sp, offset_origin(sp, wi), normalize(wi))
     next_state(path, integrator, label, pdf)
     return GOES_ON

@@ -179,6 +179,17 @@ def pass_through(integrator, path, sp, weight):
 
 
 @inlined
+def next_ray(path, sp, o, d):
+    """Begin the path's next ray at the vertex sp, with how light sampling has chosen there: MIS asks for it again."""
+    put(path.o, o)
+    put(path.d, d)
+    put(path.receiver, vec(sp.receiver))
+    put(path.light_shares, vec(sp.light_shares))
+    path.tmin = 0.0
+    path.dp = sp.dp
+
+
+@inlined
 def ray_flags(label):
     """RAY_* bits of the ray that leaves a surface by a lobe with this label."""
     flags = RAY_REFLECT if label & LABEL_REFLECT else RAY_TRANSMIT

@@ -22,7 +22,7 @@ from ..film.contribute import EMISSION, contribute, found
 from ..film.surface_passes import medium_passes
 from ..lobes.classes import Lobes, share
 from ..path.direct import add_light_sample, draw_light
-from ..path.state import ARRIVES, DIM_DIRECTION, DIM_LOBE, DIMENSIONS, ENDS, GOES_ON, LAST, roulette
+from ..path.state import ARRIVES, DIM_DIRECTION, DIM_LOBE, DIMENSIONS, ENDS, GOES_ON, LAST, next_ray, roulette
 from ..subsurface.phase import around
 from .calls import segment_start
 from .phase import phase_cosine, phase_value
@@ -167,12 +167,7 @@ def _scatter(scene, integrator, film, scratch, path, sp):
     pdf = phase_density(media, dot(d, wi))
     if pdf <= 0.0:
         return ENDS
-    put(path.o, vec(sp.p))
-    put(path.d, wi)
-    put(path.receiver, vec(sp.receiver))
-    put(path.light_shares, vec(sp.light_shares))
-    path.tmin = 0.0
-    path.dp = sp.dp
+    next_ray(path, sp, vec(sp.p), wi)
     path.flags = RAY_VOLUME
     path.background_visible = 0
     path.mis_pdf = pdf
