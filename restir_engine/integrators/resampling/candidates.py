@@ -5,8 +5,8 @@ pixel's own; its domain is the one resampled for.
 """
 
 from ...kernels.core.jit import device, inlined
-from ...kernels.core.memory import call_entry, store_f32
-from ...kernels.core.records import shading_point_at, shared_area
+from ...kernels.core.memory import call_entry, prefetch, store_f32
+from ...kernels.core.records import PATH, SHADING_POINT, shading_point_at, shared_area
 from ...kernels.core.vec import load3_f32
 from ...kernels.lobes.classes import NO_LOBES, Lobes, lobe_add, lobe_scale
 from .mis import CONTRIBUTION
@@ -42,6 +42,7 @@ WORK_SHIFTED = WORK_DOMAINS + DOMAIN_BYTES * MAX_CANDIDATES
 WORK_BACK = WORK_SHIFTED + SHIFTED_BYTES * MAX_CANDIDATES
 
 
+POINT_BYTES, PATH_BYTES = SHADING_POINT.itemsize, PATH.itemsize
 LIGHT_BYTES = 36  # of frame.light, a pixel
 
 
@@ -49,6 +50,15 @@ LIGHT_BYTES = 36  # of frame.light, a pixel
 def point_at(frame, pixel):
     """The SHADING_POINT of a pixel; its instance is -1 where there is none."""
     return shading_point_at(frame.points, pixel)
+
+
+@inlined
+def prefetch_domain(frame, pixel):
+    """Ask for what p̂ will read of a pixel, its point and its path: temporal reuse alternates between two frames."""
+    for offset in range(0, POINT_BYTES, 64):
+        prefetch(frame.points + POINT_BYTES * pixel + offset)
+    for offset in range(0, PATH_BYTES, 64):
+        prefetch(frame.paths + PATH_BYTES * pixel + offset)
 
 
 @inlined

@@ -15,6 +15,7 @@ from .candidates import (
     WORK_TABLE,
     domain_of,
     point_at,
+    prefetch_domain,
     put_canonical,
     put_from_domain,
     put_shifted,
@@ -63,11 +64,13 @@ def temporal_tile(
             if point_at(frame, pixel).instance < 0:
                 clear(reservoir_at(to, pixel), 0.0)
                 continue
+            prefetch_domain(frame, pixel)
             now.pixel = pixel
             put_canonical(frame, scratch, pixel, own + RESERVOIR_BYTES * pixel)
             there = find_before(scene, camera, frame, scene_before, camera_before, before, motion, reuse, x, y)
             n = 1
             if there >= 0:
+                prefetch_domain(before, there)
                 then.pixel = there
                 at = theirs + RESERVOIR_BYTES * there
                 shift(reuse, domain_of(scratch, 1), domain_of(scratch, 0), at, shifted_of(scratch, 1))

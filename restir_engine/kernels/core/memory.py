@@ -117,6 +117,21 @@ def record_at(dtype: np.dtype):
 
 
 @intrinsic
+def prefetch(typingctx, address):
+    """Ask for the cache line at an address, which will be read soon from an order that no hardware foresees."""
+
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(32)
+        pointer = builder.inttoptr(args[0], ir.IntType(8).as_pointer())
+        kind = ir.FunctionType(ir.VoidType(), [pointer.type, word, word, word])
+        function = builder.module.declare_intrinsic("llvm.prefetch", [pointer.type], kind)
+        builder.call(function, [pointer, word(0), word(3), word(1)])  # a read, to all levels, of data
+        return context.get_dummy_value()
+
+    return types.void(types.int64), codegen
+
+
+@intrinsic
 def float_bits(typingctx, value):
     """The 32 bits of a value as float32, as a non-negative int64."""
 
