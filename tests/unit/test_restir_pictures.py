@@ -121,8 +121,8 @@ KINDS = {
     "both, cap 1": BOTH | {"confidence_cap": 1.0},
     "both, shaded": BOTH | {"visibility": "SHADED"},
     "two rounds": SPATIAL | {"rounds": 2},
-    "pairs": SPATIAL | {"pattern": "PAIRS"},
-    "pairs, shaded, two rounds": SPATIAL | {"pattern": "PAIRS", "visibility": "SHADED", "rounds": 2},
+    "disk": SPATIAL | {"pattern": "DISK", "radius": 16.0},
+    "disk, shaded, two rounds": SPATIAL | {"pattern": "DISK", "visibility": "SHADED", "rounds": 2},
 }
 
 

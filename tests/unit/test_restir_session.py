@@ -17,6 +17,7 @@ from testing.scenes.shapes import QUAD
 
 SIZE = 72  # pixels: nine tiles, not all of the same size
 REUSE = {"integrator": "RESTIR", "reuse": ReuseSettings(temporal=True, rounds=2), "seed": 3}
+DISK = REUSE | {"reuse": ReuseSettings(temporal=True, rounds=2, pattern="DISK")}
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +36,14 @@ def test_an_image_does_not_depend_on_threads_or_tiles(scene, three_frames, monke
     """Reuse in space and time, light tiles. A pass that writes what it reads differs in 1 to 72 %."""
     monkeypatch.setattr(sessions, "TILE", tile)
     np.testing.assert_array_equal(render(scene, 3, threads=threads, **REUSE), three_frames)
+
+
+def test_pairs_and_disks_do_not_depend_on_tiles_of_a_size_that_no_block_divides(scene, three_frames, monkeypatch):
+    """With tiles of 12 pixels some pairs are of two tiles, and their shifts are computed by either."""
+    disk = render(scene, 3, threads=1, **DISK)
+    monkeypatch.setattr(sessions, "TILE", 12)
+    np.testing.assert_array_equal(render(scene, 3, threads=1, **DISK), disk)
+    assert (disk != three_frames).any()
 
 
 def cancelled(scene, monkeypatch, step: str, frame: int) -> Session:
