@@ -13,7 +13,7 @@ from restir_engine.integrators.resampling.candidates import point_at, store_ligh
 from restir_engine.integrators.resampling.frame import FRAME, Frame, frame_at
 from restir_engine.integrators.resampling.history import Before, History
 from restir_engine.integrators.resampling.options import REUSE
-from restir_engine.integrators.resampling.reservoir import clear, reservoir_dtype
+from restir_engine.integrators.resampling.reservoir import clear, reservoir_at, reservoir_dtype
 from restir_engine.integrators.resampling.reuse import Reuse
 from restir_engine.integrators.resampling.technique import domain_at, shifted_at, store_f, technique_row
 from restir_engine.kernels.core import rng
@@ -33,7 +33,7 @@ RESERVOIR = reservoir_dtype(np.dtype([("theta", np.float32), ("phi", np.float32)
 toy_reservoir_at = record_at(RESERVOIR)
 
 # The places from which the same pixels look a frame before, and how far they see.
-PLACES_BEFORE = toy.PLACES + [[0.15, 0.2], [-0.25, 0.1], [0.1, -0.3], [-0.2, -0.2]]
+PLACES_BEFORE = toy.PLACES + np.array([[0.15, 0.2], [-0.25, 0.1], [0.1, -0.3], [-0.2, -0.2]])
 REACH_BEFORE = np.array([0.9, 1.2, 1.0, 1.15])
 WORLDS = np.concatenate([toy.WORLD, np.column_stack([PLACES_BEFORE, REACH_BEFORE])])  # now, then before
 ROW_BYTES = 24
@@ -88,8 +88,8 @@ def candidates_kernel(frame: FRAME, reuse: REUSE, seed, fail, planted):
         world = point_at(frame, pixel).closures
         key = rng.hash_combine(seed, pixel)
         theta, phi, w = toy.initial(world, 0, key, 0, 0, fail)
+        clear(reservoir_at(frame.reservoirs, pixel), 1.0)
         r = toy_reservoir_at(frame.reservoirs, pixel)
-        clear(r, 1.0)
         r.technique = TOY
         f = 0.0
         if w > 0.0:

@@ -21,9 +21,9 @@ def truth():
     return np.stack([render(scene, 256, seed=900 + seed, integrator="PATH", max_bounces=0) for seed in range(4)])
 
 
-def biases(moves: str, plan: ReuseSettings, truth, first_seed: int) -> np.ndarray:
+def biases(moves: str, plan: ReuseSettings, truth, first_seed: int, seeds: int = SEEDS) -> np.ndarray:
     """(relative bias, its standard error) of the picture, its left and its lower half."""
-    found = (*histories(animation(moves, SIZE), plan, range(first_seed, first_seed + SEEDS)), truth @ LUMINANCE)
+    found = (*histories(animation(moves, SIZE), plan, range(first_seed, first_seed + seeds)), truth @ LUMINANCE)
     half = SIZE // 2
     return np.array([bias(*(x[:, :h, :w] for x in found)) for h, w in ((SIZE, SIZE), (SIZE, half), (half, SIZE))])
 
@@ -49,8 +49,10 @@ def test_history_keeps_the_mean_where_all_moves(truth, mis, target):
     assert_unbiased("all", plan, truth, 1000 + 100 * (mis == "BALANCE") + 200 * (target == "SHADED"))
 
 
-def test_spatial_reuse_of_history_keeps_the_mean(truth):
-    found, error = biases("all", reuse_of(temporal=True, rounds=1), truth, 2000).T
+@pytest.mark.parametrize(("pattern", "radius", "seeds"), [("DISK", 16.0, SEEDS), ("PAIRS", 8.0, 48)])
+def test_spatial_reuse_of_history_keeps_the_mean(truth, pattern, radius, seeds):
+    reuse = reuse_of(temporal=True, rounds=1, pattern=pattern, radius=radius)
+    found, error = biases("all", reuse, truth, 2000, seeds).T
     assert error[0] < 0.004 and (np.abs(found) < 3.0 * error).all()
 
 

@@ -73,7 +73,7 @@ from ....kernels.shading.interpreter import shader_eval
 from ...resampling.candidates import point_at, reservoirs_of, store_light
 from ...resampling.frame import FRAME, UNTRACED, hit_at
 from ...resampling.options import TARGET, reuse_at
-from ...resampling.reservoir import accept, clear, contribution_weight
+from ...resampling.reservoir import accept, clear, contribution_weight, reservoir_at
 from .sample import DIRECT, direct_reservoir_at, keep
 from .target import (
     brightness,
@@ -360,8 +360,9 @@ def _settle(reuse, layers, frame, scratch, pixel, seed, last):
     for layer in range(layers):
         options = reuse_at(reuse, layer)
         groups = _groups(scratch, layer)
-        r = direct_reservoir_at(reservoirs_of(frame, options, frame.reservoirs), pixel)
-        clear(r, 1.0)
+        reservoirs = reservoirs_of(frame, options, frame.reservoirs)
+        clear(reservoir_at(reservoirs, pixel), 1.0)
+        r = direct_reservoir_at(reservoirs, pixel)
         r.seed = seed
         light = NO_LOBES
         if groups.target > 0.0:
