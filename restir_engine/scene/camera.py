@@ -7,10 +7,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..kernels.core.records import CAMERA, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, CAMERA_PERSPECTIVE
+from ..kernels.core import records as rec
 from .instances import inverse
 
-KINDS = {"PERSP": CAMERA_PERSPECTIVE, "ORTHO": CAMERA_ORTHOGRAPHIC, "PANO": CAMERA_PANORAMA}
+# By the names that Blender gives them; for one of the fisheye lenses see `Camera.fisheye`.
+PROJECTIONS = {
+    "EQUIRECTANGULAR": rec.PANORAMA_EQUIRECTANGULAR,
+    "CENTRAL_CYLINDRICAL": rec.PANORAMA_CYLINDRICAL,
+    "MIRRORBALL": rec.PANORAMA_MIRROR_BALL,
+    "EQUIANGULAR_CUBEMAP_FACE": rec.PANORAMA_CUBE_FACE,
+    "FISHEYE_EQUIDISTANT": rec.PANORAMA_EQUIDISTANT,
+    "FISHEYE_EQUISOLID": rec.PANORAMA_EQUISOLID,
+    "FISHEYE_LENS_POLYNOMIAL": rec.PANORAMA_POLYNOMIAL,
+}
+KINDS = {"PERSP": rec.CAMERA_PERSPECTIVE, "ORTHO": rec.CAMERA_ORTHOGRAPHIC, "PANO": rec.CAMERA_PANORAMA}
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +30,9 @@ class Camera:
     to_world: (4, 4) or (3, 4), the camera looks along -z with y up; scale and shear of it are ignored.
     width, height: the whole frame in pixels. region: the rendered part of it, (x, y, width, height) from the lower
     left corner; None: all. screen: left, right, bottom, top of the frame on the plane at distance 1 (PERSP), or of
-    the viewed box (ORTHO).
+    the viewed box (ORTHO). projection: one of PROJECTIONS (PANO). longitude, latitude: what an equirectangular or
+    cylindrical panorama shows; the latter's latitude is a height on the cylinder of radius 1. fisheye: field of view;
+    lens, width and height of the sensor in millimetres; polynomial: see CAMERA.
     """
 
     kind: str = "PERSP"
@@ -38,6 +50,9 @@ class Camera:
     aperture_ratio: float = 1.0
     longitude: tuple[float, float] = (-math.pi, math.pi)
     latitude: tuple[float, float] = (-math.pi / 2, math.pi / 2)
+    projection: str = "EQUIRECTANGULAR"
+    fisheye: tuple[float, float, float, float] = (math.pi, 10.5, 36.0, 24.0)
+    polynomial: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         to_world = np.array(self.to_world, np.float64)[:3]
@@ -66,7 +81,7 @@ class Camera:
         to_world = np.array(self.to_world)
         lengths = np.linalg.norm(to_world[:, :3], axis=0)
         to_world[:, :3] /= np.where(lengths > 0.0, lengths, 1.0)
-        result = np.zeros((), CAMERA)
+        result = np.zeros((), rec.CAMERA)
         result["kind"] = KINDS[self.kind]
         result["width"], result["height"] = self.width, self.height
         if self.region:
@@ -74,6 +89,8 @@ class Camera:
         result["to_world"] = to_world.ravel()
         result["to_camera"] = inverse(to_world.reshape(1, 12))[0]
         result["panorama"] = (*self.longitude, *self.latitude)
+        result["projection"] = PROJECTIONS[self.projection]
+        result["fisheye"], result["polynomial"] = self.fisheye, self.polynomial
         result["aperture_ratio"] = max(self.aperture_ratio, 1e-6)
         for name in ("screen", "clip_start", "clip_end", "aperture", "focus_distance", "blades", "blade_rotation"):
             result[name] = getattr(self, name)

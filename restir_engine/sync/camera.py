@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ..scene.camera import Camera
+from ..scene.camera import PROJECTIONS, Camera
 from ..scene.errors import SceneError
 
 
@@ -100,10 +100,8 @@ def read_camera(
     kind = data.type if data.type in ("PERSP", "ORTHO", "PANO") else "PERSP"
     if kind != data.type:
         warnings.add("Camera", data.name, f"cameras of type {data.type} are rendered as perspective")
-    if kind == "PANO":
-        plane = _read_panorama(data, warnings)
-    else:
-        plane = {"screen": _screen(data, kind, width * aspect[0], height * aspect[1])}
+    frame = width * aspect[0], height * aspect[1]
+    plane = _read_panorama(data, *frame, warnings) if kind == "PANO" else {"screen": _screen(data, kind, *frame)}
     to_world = np.asarray(matrix, np.float64)[:3]
     return Camera(
         kind,
@@ -166,20 +164,38 @@ def _focus_location(data):
     return np.array(matrix.translation)
 
 
-def _read_panorama(data, warnings) -> dict:
-    """Fields of `Camera` that say how much of the surroundings a panorama shows."""
+def _read_panorama(data, width: float, height: float, warnings) -> dict:
+    """Fields of `Camera` that say how a panorama shows its surroundings; width, height: of the frame, equal units."""
     # Up to 4.5 these stand in Cycles' own property group, from 5.0 on in the camera.
     source = data if hasattr(data, "panorama_type") else getattr(data, "cycles", None)
     if source is None:
         return {}
-    if source.panorama_type != "EQUIRECTANGULAR":
+    if source.panorama_type not in PROJECTIONS:
         kind = source.panorama_type.replace("_", " ").lower()
         warnings.add("Camera", data.name, f"a {kind} panorama is rendered as an equirectangular one")
         return {}
+    longitude = _limits(source.longitude_min, source.longitude_max, math.pi)
+    latitude = _limits(source.latitude_min, source.latitude_max, math.pi / 2)
+    if source.panorama_type == "CENTRAL_CYLINDRICAL":
+        radius = source.central_cylindrical_radius
+        longitude = source.central_cylindrical_range_u_min, source.central_cylindrical_range_u_max
+        latitude = source.central_cylindrical_range_v_min / radius, source.central_cylindrical_range_v_max / radius
     return {
-        "longitude": _limits(source.longitude_min, source.longitude_max, math.pi),
-        "latitude": _limits(source.latitude_min, source.latitude_max, math.pi / 2),
+        "projection": source.panorama_type,
+        "longitude": longitude,
+        "latitude": latitude,
+        "fisheye": (source.fisheye_fov, source.fisheye_lens, *_sensor(data, width, height)),
+        "polynomial": tuple(getattr(source, f"fisheye_polynomial_k{i}") for i in range(5)),
     }
+
+
+def _sensor(data, width: float, height: float) -> tuple[float, float]:
+    """Width and height of the sensor that a fisheye lens fills; width, height: of the frame in units of equal size."""
+    if data.sensor_fit == "VERTICAL":
+        return data.sensor_height * width / height, data.sensor_height
+    if data.sensor_fit == "HORIZONTAL" or width > height:
+        return data.sensor_width, data.sensor_width * height / width
+    return data.sensor_width * width / height, data.sensor_width
 
 
 def _limits(low: float, high: float, most: float) -> tuple[float, float]:

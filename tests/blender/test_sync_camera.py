@@ -9,12 +9,22 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
+from restir_engine.kernels.core.jit import kernel
+from restir_engine.kernels.core.memory import store_f64
+from restir_engine.kernels.geometry.panorama import panorama_direction, panorama_place
 from restir_engine.scene.errors import SceneError
 from restir_engine.scene.warnings import Warnings
 from restir_engine.sync.camera import pixel_size, sync_camera, view_camera
 from testing.blender import probe
 
 EXTENT = 8.0
+
+
+@kernel
+def _there_and_back(camera, u, v, out):
+    u, v = panorama_place(camera, panorama_direction(camera, u, v))
+    store_f64(out, 0, u)
+    store_f64(out, 1, v)
 
 
 def position(nodes):
@@ -193,13 +203,67 @@ def test_focus_object(room):
     assert sync_camera(depsgraph, Warnings()).focus_distance == pytest.approx(expected, rel=1e-5)
 
 
-def test_other_panoramas_become_equirectangular(room):
+ROUND = {
+    "MIRRORBALL": {},
+    "FISHEYE_EQUIDISTANT": {"fisheye_fov": 3.5},
+    "FISHEYE_EQUISOLID": {"fisheye_lens": 9.0, "fisheye_fov": 3.4},
+    "FISHEYE_LENS_POLYNOMIAL": {"fisheye_fov": 2.5, "fisheye_polynomial_k0": -0.02, "fisheye_polynomial_k2": -0.001},
+}
+FILLING = {
+    "EQUIANGULAR_CUBEMAP_FACE": {},
+    "CENTRAL_CYLINDRICAL": {
+        "central_cylindrical_range_u_min": -1.0,
+        "central_cylindrical_range_u_max": 2.0,
+        "central_cylindrical_range_v_min": -0.5,
+        "central_cylindrical_range_v_max": 0.8,
+        "central_cylindrical_radius": 1.3,
+    },
+}
+
+
+def show(room, kind):
+    """Let the camera be one of these panoramas."""
     room.camera.data.type = "PANO"
-    panorama(room.camera.data).panorama_type = "MIRRORBALL"
-    warnings = Warnings()
-    camera = sync_camera(bpy.context.evaluated_depsgraph_get(), warnings)
-    assert camera.kind == "PANO" and camera.longitude == (-math.pi, math.pi)
-    assert "mirrorball" in warnings.lines()[0]
+    settings = panorama(room.camera.data)
+    settings.panorama_type = kind
+    for name, value in (ROUND | FILLING)[kind].items():
+        setattr(settings, name, value)
+
+
+@pytest.mark.parametrize("fit", ["AUTO", "HORIZONTAL", "VERTICAL"])
+@pytest.mark.parametrize("size", [(24, 24), (28, 20), (18, 26)])
+@pytest.mark.parametrize("kind", [*ROUND, *FILLING])
+def test_projections(room, kind, size, fit):
+    """Cycles' points lie on our rays; what lies outside of a round picture is black in both."""
+    show(room, kind)
+    data = room.camera.data
+    data.sensor_fit, data.sensor_width, data.sensor_height = fit, 32.0, 20.0
+    room.render.resolution_x, room.render.resolution_y = size
+    room.render.pixel_aspect_x = 1.2
+    expected = probe.probe(position, -10.0, 10.0)
+    found = probe.ours(probe.rendered_scene())
+    inside = np.linalg.norm(found["d"], axis=-1) > 0.5
+    seen = np.abs(expected - -10.0).max(axis=-1) > 1e-3
+    # A pixel at the rim may have its sample on the other side.
+    assert (inside != seen).mean() < 0.02
+    both = inside & seen
+    away = (expected - found["o"])[both]
+    along = (away * found["d"][both]).sum(axis=-1)
+    aside = np.linalg.norm(away - along[:, None] * found["d"][both], axis=-1)
+    assert (along > 0.0).all()
+    assert np.quantile(aside / (along * found["dd"][both] + 1e-3), 0.98) < 0.05
+
+
+@pytest.mark.parametrize("kind", [*ROUND, *FILLING])
+def test_place_of_a_direction(room, kind):
+    """The place where a direction appears is the one that looks there."""
+    show(room, kind)
+    record = sync_camera(bpy.context.evaluated_depsgraph_get(), Warnings()).record()
+    places = np.random.default_rng(2).uniform(0.25, 0.75, (50, 2))
+    out = np.zeros((50, 2))
+    for place, found in zip(places, out, strict=True):
+        _there_and_back(record, *place, found.ctypes.data)
+    np.testing.assert_allclose(out, places, atol=1e-5)
 
 
 def test_no_camera_and_no_pixels(room):

@@ -25,8 +25,8 @@ def render_tile(
             pixel = film.pixels + 4 * film.channels * (y * film.width + x)
             key = rng.key(integrator.seed, x, y, 0)
             for sample in range(first_sample, first_sample + samples):
-                start_path(camera, integrator, scratch, pixel, key, sample, x, y)
-                trace_path(scene, camera, integrator, film, scratch, GOES_ON, 1)
+                if start_path(camera, integrator, scratch, pixel, key, sample, x, y):
+                    trace_path(scene, camera, integrator, film, scratch, GOES_ON, 1)
     return (x1 - x0) * (y1 - y0) * samples
 
 

@@ -71,11 +71,12 @@ def gbuffer_tile(
             index = y * frame.width + x
             pixel = frame.pixels + 4 * frame.channels * index
             clear_pixel(pixel, frame.channels)
-            start_path(camera, integrator, scratch, pixel, rng.key(integrator.seed, x, y, 0), sample, x, y)
+            key = rng.key(integrator.seed, x, y, 0)
+            has_ray = start_path(camera, integrator, scratch, pixel, key, sample, x, y)
             path.mean_visibility = frame.mean_visibilities + MEAN_VISIBILITY_BYTES * index
             kept = shading_point_at(frame.points, index)
             kept.instance = -1
-            if not _first_vertex(scene, camera, integrator, film, scratch, path, sp):
+            if not has_ray or not _first_vertex(scene, camera, integrator, film, scratch, path, sp):
                 continue
             if used + sp.n_closures <= capacity:
                 closures = pool + CLOSURE_BYTES * used

@@ -1,10 +1,11 @@
-"""Camera rays: perspective, orthographic and equirectangular, with a lens of finite size."""
+"""Camera rays: perspective, orthographic and panoramic, with a lens of finite size."""
 
 import math
 
 from ..core.jit import device, inlined
-from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA
-from ..core.vec import add, cross, dot, length, madd, normalize, scale, sub, transform_point, transform_vector
+from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, PANORAMA_MIRROR_BALL
+from ..core.vec import add, cross, dot, is_black, length, madd, normalize, scale, sub, transform_point, transform_vector
+from .panorama import panorama_direction, panorama_place
 
 
 @device
@@ -12,9 +13,9 @@ def camera_ray(camera, x, y, lens_u, lens_v):
     """A ray through the point (x, y) of the film: (o, d, dp, dd).
 
     x, y: pixels from the film's lower left corner; lens_u, lens_v: uniform numbers. d is a unit vector and o lies on
-    the near clipping plane (for a panorama: sphere). dp is the radius of the ray's footprint at o, dd its growth by
-    unit of distance: the mean over both image axes of how fast the direction turns by pixel (Igehy 1999, reduced to a
-    cone).
+    the near clipping plane (for a panorama: sphere); d is 0 where a round panorama has no picture. dp is the radius of
+    the ray's footprint at o, dd its growth by unit of distance: the mean over both image axes of how fast the direction
+    turns by pixel (Igehy 1999, reduced to a cone).
     """
     px = x + camera.region_x
     py = y + camera.region_y
@@ -46,10 +47,7 @@ def camera_pixel(camera, p):
     """
     q = transform_point(camera.to_camera, p)
     if camera.kind == CAMERA_PANORAMA:
-        longitude = math.atan2(q[0], -q[2])
-        latitude = math.atan2(q[1], math.sqrt(q[0] * q[0] + q[2] * q[2]))
-        x = (longitude - camera.panorama[0]) / (camera.panorama[1] - camera.panorama[0])
-        y = (latitude - camera.panorama[2]) / (camera.panorama[3] - camera.panorama[2])
+        x, y = panorama_place(camera, normalize(q))
     else:
         if q[2] >= 0.0:
             return False, 0.0, 0.0
@@ -98,27 +96,22 @@ def _orthographic(camera, px, py, lens_u, lens_v):
 
 @device
 def _panorama(camera, px, py, lens_u, lens_v):
-    d = _panorama_direction(camera, px, py)
-    dd = _spread(d, _panorama_direction(camera, px + 1.0, py), _panorama_direction(camera, px, py + 1.0))
+    d = panorama_direction(camera, px / camera.width, py / camera.height)
+    right = panorama_direction(camera, (px + 1.0) / camera.width, py / camera.height)
+    up = panorama_direction(camera, px / camera.width, (py + 1.0) / camera.height)
+    dd = _spread(d, right, up)
     o = (0.0, 0.0, 0.0)
-    if camera.aperture > 0.0:
+    if camera.aperture > 0.0 and not is_black(d):
         lens_x, lens_y = _lens_point(camera, lens_u, lens_v)
-        ahead = (0.0, 0.0, -1.0)  # longitude 0 on the horizon
-        tangent = normalize(madd(ahead, d, d[2]))
+        ahead = (0.0, 0.0, -1.0)
+        if camera.projection == PANORAMA_MIRROR_BALL:
+            ahead = (1.0, 0.0, 0.0)
+        tangent = normalize(madd(ahead, d, -dot(ahead, d)))
         if length(tangent) == 0.0:
             tangent = (0.0, 1.0, 0.0)
         o = madd(scale(tangent, lens_x), cross(d, tangent), lens_y)
         d = normalize(sub(scale(d, camera.focus_distance), o))
     return o, d, camera.clip_start, 0.0, dd
-
-
-@device
-def _panorama_direction(camera, px, py):
-    """Longitude grows to the right, latitude upwards; both 0 along the camera's axis."""
-    longitude = camera.panorama[0] + (camera.panorama[1] - camera.panorama[0]) * px / camera.width
-    latitude = camera.panorama[2] + (camera.panorama[3] - camera.panorama[2]) * py / camera.height
-    flat = math.cos(latitude)
-    return (flat * math.sin(longitude), math.sin(latitude), -flat * math.cos(longitude))
 
 
 @device

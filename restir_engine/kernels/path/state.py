@@ -22,7 +22,7 @@ from ..core.records import (
     SCRATCH_PATH,
     path_at,
 )
-from ..core.vec import max3, mul, put, vec
+from ..core.vec import is_black, max3, mul, put, vec
 from ..geometry.camera import camera_ray
 from ..lobes import LABEL_DIFFUSE, LABEL_GLOSSY, LABEL_REFLECT, LABEL_SINGULAR
 
@@ -95,6 +95,7 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     path.tmin = 0.0
     path.dp = dp
     path.dd = dd
+    return not is_black(d)
 
 
 @inlined

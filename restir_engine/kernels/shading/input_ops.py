@@ -41,6 +41,7 @@ from ..core.vec import (
     vec,
 )
 from ..geometry.attributes import generated, mesh_components
+from ..geometry.panorama import panorama_place
 from ..geometry.surface import object_normal
 from . import opcodes as ops
 from .math_ops import clamp, divide
@@ -93,10 +94,8 @@ def _window(scene, sp, p):
     camera = camera_at(scene.camera, 0)
     q = camera_space(scene, sp, p)
     if camera.kind == CAMERA_PANORAMA:
-        q = normalize(q)
-        longitude, latitude = -math.atan2(q[0], q[2]), math.asin(clamp(q[1], -1.0, 1.0))
-        x = divide(-longitude - camera.panorama[0], camera.panorama[1] - camera.panorama[0])
-        return (x, divide(latitude - camera.panorama[2], camera.panorama[3] - camera.panorama[2]), 0.0)
+        u, v = panorama_place(camera, normalize((q[0], q[1], -q[2])))
+        return (u, v, 0.0)
     depth = 1.0 if camera.kind == CAMERA_ORTHOGRAPHIC else q[2]
     x, y = divide(q[0], depth), divide(q[1], depth)
     width, height = camera.screen[1] - camera.screen[0], camera.screen[3] - camera.screen[2]

@@ -31,6 +31,96 @@ def panorama():
     kit.camera((0.2, -0.6, 1.0), (0, 3, 1.0), type="PANO", panorama_type="EQUIRECTANGULAR", **part)
 
 
+def look_around(kind: str, dof=None, **properties) -> None:
+    """A panorama; its properties are the camera's or, before Blender 5, Cycles' own."""
+    subject()
+    data = kit.camera((0.2, -0.6, 1.0), (0, 3, 1.0), type="PANO").data
+    kit.assign(data, {"dof": dof or {}})
+    kit.assign(data if hasattr(data, "panorama_type") else data.cycles, {"panorama_type": kind} | properties)
+
+
+@scene(1)
+def fisheye_equidistant():
+    """Nothing is seen outside of the circle, also where the film is transparent."""
+    look_around("FISHEYE_EQUIDISTANT", fisheye_fov=4.5)
+    bpy.context.scene.render.film_transparent = True
+
+
+@scene(1)
+def fisheye_equisolid():
+    look_around("FISHEYE_EQUISOLID", dof=dict(use_dof=True, focus_distance=2.0, aperture_fstop=0.1), fisheye_lens=8.0)
+
+
+@scene(1)
+def fisheye_polynomial():
+    look_around("FISHEYE_LENS_POLYNOMIAL", fisheye_fov=2.8, fisheye_polynomial_k2=-0.0008)
+
+
+@scene(1)
+def mirror_ball():
+    look_around("MIRRORBALL", dof=dict(use_dof=True, focus_distance=2.0, aperture_fstop=0.1))
+
+
+@scene(1)
+def cube_face():
+    """Colours by Window coordinates, which go by the projection."""
+    look_around("EQUIANGULAR_CUBEMAP_FACE")
+    window = kit.material(lambda node: node("Emission", Color=node("TexCoord").outputs["Window"]))
+    kit.put("plane", window, (0.0, 3.0, 1.5), 1.5, rotation=(70, 0, 20))
+
+
+@scene(1)
+def cylindrical():
+    v = dict(central_cylindrical_range_v_min=-0.6, central_cylindrical_range_v_max=0.9)
+    u = dict(central_cylindrical_range_u_min=-2.0, central_cylindrical_range_u_max=1.5)
+    look_around("CENTRAL_CYLINDRICAL", central_cylindrical_radius=1.2, **u, **v)
+
+
+@scene(1)
+def layer_without_sky():
+    """A view layer that shows no world is not lit by it."""
+    subject()
+    bpy.context.view_layer.use_sky = False
+
+
+@scene(1)
+def layer_without_surfaces():
+    """A view layer without surfaces shows the world alone."""
+    subject()
+    bpy.context.view_layer.use_solid = False
+
+
+@scene(1)
+def flattened():
+    """Planes without thickness whose objects are scaled by 0; what has two users is not there."""
+    subject()
+    kit.put("plane", kit.diffuse((0.8, 0.1, 0.1)), (-1.0, -2.5, 1.0), (0.8, 0.8, 0.0), rotation=(60, 0, 20))
+    shared = kit.put("plane", kit.diffuse((0.1, 0.1, 0.8)), (1.0, -2.5, 1.0), (0.8, 0.8, 0.0), rotation=(60, 0, 0))
+    kit.add(shared.data, (0.0, -2.0, 2.0), scale=(0.8, 0.8, 0.0))
+
+
+@scene(1, 256)
+def instancers_in_layers():
+    """Holdout and Indirect Only of instancers' collections, around a mirror that sees all of it."""
+    kit.floor()
+    kit.lamp()
+    kit.world(lambda node: node("Background", Color=(0.1, 0.15, 0.2)))
+    kit.put("plane", kit.principled(Metallic=1.0, Roughness=0.1), (0, 2.5, 2), 2.5, rotation=(90, 0, 0))
+    ball = kit.put("ball", kit.diffuse((0.8, 0.2, 0.2)), scale=0.5)
+    bpy.context.scene.collection.objects.unlink(ball)
+    group = bpy.data.collections.new("Group")
+    group.objects.link(ball)
+    for x, name in ((-1.2, "holdout"), (0.0, "indirect_only"), (1.2, "name")):
+        shown = bpy.data.collections.new(name)
+        bpy.context.scene.collection.children.link(shown)
+        empty = bpy.data.objects.new(name, None)
+        empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", group, (x, -1.0, 0.5)
+        shown.objects.link(empty)
+        if name != "name":
+            setattr(bpy.context.view_layer.layer_collection.children[name], name, True)
+    bpy.context.scene.render.film_transparent = True
+
+
 @scene(1)
 def shift_and_fit():
     subject()

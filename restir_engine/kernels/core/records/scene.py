@@ -19,10 +19,15 @@ CAMERA = record(
     ("focus_distance", 1),
     ("blade_rotation", 1),
     ("aperture_ratio", 1),
-    ("panorama", 4),  # longitude and latitude: minimum and maximum
+    "projection",  # of a panorama: PANORAMA_*
+    ("panorama", 4),  # from and to in x, and in y: longitude and latitude, or longitude and height (cylindrical)
+    ("fisheye", 4),  # field of view (radians); lens, width and height of the sensor (mm)
+    ("polynomial", 5),  # of a fisheye lens: angle to the axis by mm from the sensor's middle, negated
 )
 camera_at = record_at(CAMERA)
 CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA = 0, 1, 2
+PANORAMA_EQUIRECTANGULAR, PANORAMA_CYLINDRICAL, PANORAMA_MIRROR_BALL, PANORAMA_CUBE_FACE = 0, 1, 2, 3
+PANORAMA_EQUIDISTANT, PANORAMA_EQUISOLID, PANORAMA_POLYNOMIAL = 4, 5, 6  # fisheye lenses
 
 SCENE = record(
     "embree",  # RTCScene, top level
