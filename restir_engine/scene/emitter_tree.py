@@ -23,32 +23,42 @@ class Run(NamedTuple):
     normal: np.ndarray  # (n, 3) unit for single triangles that emit on one side, twice that for two; else 0
 
 
+def _spread(cells: np.ndarray) -> np.ndarray:
+    """Ten bits of each with two zeros between neighbours; uint32."""
+    x = cells.astype(np.uint32)
+    for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+        x = (x | x << np.uint32(shift)) & np.uint32(mask)
+    return x
+
+
 def morton_order(points: np.ndarray) -> np.ndarray:
     """The order of points (n, 3) along a Z-curve: what is near in it is near in space."""
     low, size = points.min(0), np.ptp(points, axis=0).max()
-    cells = ((points - low) / max(size, 1e-30) * (_GRID - 1)).astype(np.uint64)
-    code = np.zeros(len(points), np.uint64)
-    for bit in range(_GRID.bit_length() - 1):
-        for axis in range(3):
-            code |= (cells[:, axis] >> np.uint64(bit) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return np.argsort(code, kind="stable")
+    x, y, z = ((points - low) * ((_GRID - 1) / max(size, 1e-30))).T
+    return np.argsort(_spread(x) | _spread(y) << np.uint32(1) | _spread(z) << np.uint32(2), kind="stable")
 
 
-def runs(corners: np.ndarray, power: np.ndarray, both: np.ndarray, run: int) -> Run:
-    """Runs of `run` triangles each. corners: (n, 3, 3); power: radiance times area (n,); both: whether both sides emit.
+def normals_and_areas(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit normals (n, 3), zero where there is no area, and areas (n,) of triangles with corners (n, 3)."""
+    normals = np.cross(b - a, c - a)
+    length = np.sqrt(np.einsum("ij,ij->i", normals, normals))
+    normals /= np.where(length > 0.0, length, 1.0)[:, None]
+    return normals, 0.5 * length
 
-    Triangles stand in the order of the runs.
+
+def runs(corners: tuple, normals: np.ndarray, power: np.ndarray, both: np.ndarray, run: int) -> Run:
+    """Runs of `run` triangles each, which stand in their order.
+
+    corners: three (n, 3); power: radiance times area (n,); both: whether both sides emit (n,).
     """
-    starts = np.arange(0, len(corners), run)
-    low = np.minimum.reduceat(corners.min(1), starts)
-    high = np.maximum.reduceat(corners.max(1), starts)
-    if run > 1:
-        # The mean of the cosine over directions: 1/2 of both sides, 1/4 of one.
-        return Run(low, high, np.add.reduceat(power * np.where(both, 0.5, 0.25), starts), np.zeros_like(low))
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
-    return Run(low, high, power, normal * np.where(both, 2.0, 1.0)[:, None])
+    starts = np.arange(0, len(power), run)
+    a, b, c = corners
+    low = np.minimum.reduceat(np.minimum(np.minimum(a, b), c), starts)
+    high = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), starts)
+    if run == 1:
+        return Run(low, high, power, normals * np.where(both, 2.0, 1.0)[:, None])
+    # The mean of the cosine over directions: 1/2 of both sides, 1/4 of one.
+    return Run(low, high, np.add.reduceat(power * np.where(both, 0.5, 0.25), starts), np.zeros_like(low))
 
 
 def is_closed(triangles: np.ndarray) -> bool:

@@ -11,7 +11,7 @@ from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
 from ..kernels.lights.entries import TRIANGLE, WORLD, light_entries
-from .emitter_tree import EmitterTree, Run, is_closed, morton_order, run_length, runs
+from .emitter_tree import EmitterTree, Run, is_closed, morton_order, normals_and_areas, run_length, runs
 from .lamps import LUMINANCE
 
 if TYPE_CHECKING:
@@ -50,13 +50,13 @@ class _Group:
     """
 
     def __init__(self, mesh, primitives: np.ndarray, radiance: np.ndarray, sides: np.ndarray, back: np.ndarray) -> None:
-        corners = mesh.vertices[mesh.triangles[primitives]].astype(np.float64)
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        areas = 0.5 * np.linalg.norm(normals, axis=1)
-        order = morton_order(corners.mean(axis=1)) if len(primitives) else np.zeros(0, np.int64)
-        self._corners = np.where(back[:, None, None], corners[:, ::-1], corners)[order]
+        a, b, c = mesh.vertices[mesh.triangles[primitives].T]
+        order = morton_order((a + b + c) / 3.0) if len(primitives) else np.zeros(0, np.int64)
+        self._corners = a[order], b[order], c[order]
+        self._normals, areas = normals_and_areas(*self._corners)
+        self._normals[back[order]] *= -1.0
         self._both = (sides == 2)[order]
-        self._one_sided = radiance[order] * areas[order]
+        self._one_sided = radiance[order] * areas
         weights = self._one_sided * sides[order]
         alias = AliasTable(weights)
         self.power = float(weights.sum())
@@ -74,7 +74,7 @@ class _Group:
 
     def runs(self, length: int) -> Run:
         """Runs of triangles, for the tree."""
-        return runs(self._corners, self._one_sided, self._both, length)
+        return runs(self._corners, self._normals, self._one_sided, self._both, length)
 
     def fill(self, record: np.void) -> None:
         record["n"] = len(self.primitives)

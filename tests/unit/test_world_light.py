@@ -57,7 +57,7 @@ def test_world_map_chi_squared(sun):
     paint(scene, rng.random((height, width)) ** 8 + 0.01)
     if sun:
         table = scene.world.record
-        table["map"], table["sun"], table["uniform"] = 0.4, 0.5, 0.1
+        table["map"], table["sun"] = 0.5, 0.5
         table["sun_direction"], table["sun_one_minus_cos"] = np.array((0.3, -0.5, 0.8)) / np.sqrt(0.98), 0.03
     n = 40_000
     s = draw(scene, (1.0, 2.0, 3.0), n)
@@ -179,8 +179,12 @@ def test_million_triangles():
     start = time.process_time()
     LightTable(scene, scene.lights.lamps)
     assert time.process_time() - start < 1.0
-    flat = QUAD * [1.0, 2.0, 1.0]
-    close(irradiance(scene, (0, 0, 0), UP, 5000), polygon_irradiance(flat, np.zeros(3), np.array(UP)), 0.01)
+    # Each triangle is so small that its middle stands for it; what hides behind others counts too.
+    a, b, c = vertices[triangles.T]
+    middle, normal = (a + b + c) / 3.0, 0.5 * np.cross(b - a, c - a)
+    distance2 = (middle**2).sum(1)
+    exact = (np.abs((normal * middle).sum(1)) * middle[:, 2] / distance2**2).sum()
+    close(irradiance(scene, (0, 0, 0), UP, 50_000), exact, 1e-3)
 
 
 def test_no_light_at_all():

@@ -1,4 +1,4 @@
-"""The world: its radiance, and sampling of its directions by an importance map, a sun's cone and the uniform sphere.
+"""The world: its radiance, and sampling of its directions by an importance map and a sun's cone.
 
 The map is equirectangular as Blender's: u = 1/2 - azimuth / 2 pi, v = 1 - polar angle / pi, rows bottom to top.
 Within a pixel the density is constant by solid angle.
@@ -83,14 +83,13 @@ def _map_pdf(table, d):
 
 
 @inlined
-def _other_pdf(table, d):
-    """What sun and uniform sphere add to the density of the mixture."""
-    pdf = table.uniform / (4.0 * math.pi)
+def _sun_pdf(table, d):
+    """What the sun adds to the density of the mixture."""
     if table.sun > 0.0:
         off = sub(d, vec(table.sun_direction))
         if 0.5 * dot(off, off) <= table.sun_one_minus_cos:
-            pdf += table.sun / (2.0 * math.pi * table.sun_one_minus_cos)
-    return pdf
+            return table.sun / (2.0 * math.pi * table.sun_one_minus_cos)
+    return 0.0
 
 
 @device
@@ -99,12 +98,9 @@ def draw_world(table, u0, u1, u2):
     if u2 < table.map:
         d, pdf = _sample_map(table, u0, u1)
     else:
-        if u2 < table.map + table.sun:
-            d = cone(vec(table.sun_direction), table.sun_one_minus_cos, u0, u1)
-        else:
-            d = cone((0.0, 0.0, 1.0), 2.0, u0, u1)
-        pdf = _map_pdf(table, d) if table.map > 0.0 else 0.0
-    return d, table.map * pdf + _other_pdf(table, d)
+        d = cone(vec(table.sun_direction), table.sun_one_minus_cos, u0, u1)
+        pdf = _map_pdf(table, d)
+    return d, table.map * pdf + _sun_pdf(table, d)
 
 
 @inlined
@@ -143,8 +139,7 @@ def world_pdf(scene, sp, d):
     if share == 0.0:
         return 0.0
     table = world_table_at(scene.world_table, 0)
-    pdf = table.map * _map_pdf(table, d) if table.map > 0.0 else 0.0
-    return share * (pdf + _other_pdf(table, d))
+    return share * (table.map * _map_pdf(table, d) + _sun_pdf(table, d))
 
 
 @inlined

@@ -131,16 +131,15 @@ LIGHT_TILES = record(
 light_tiles_at = record_at(LIGHT_TILES)
 
 WORLD_TABLE = record(
-    "width",  # of the map; 0: directions are chosen uniformly
+    "width",  # of the map
     "height",
     "marginal",  # float32 [height + 1], cumulated over rows, bottom to top
     "conditional",  # float32 [height, width + 1], cumulated over each row
     "guide",  # uint16 [height, width]: where in its row to start looking for i / width
     "max_bounces",
     "no_shadow",
-    ("map", 1),  # probability of choosing the map, the sun's cone, the uniform sphere; sum 1
+    ("map", 1),  # probability of choosing the map, the sun's cone; sum 1
     ("sun", 1),
-    ("uniform", 1),
     ("sun_direction", 3),
     ("sun_one_minus_cos", 1),
     ("irradiance", 9),  # as a polynomial of the normal, see lights.choice.world_brings
