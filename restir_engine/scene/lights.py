@@ -12,6 +12,7 @@ from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
 from ..kernels.lights.entries import TRIANGLE, WORLD, light_entries
 from .emitter_tree import EmitterTree, Run, is_closed, morton_order, normals_and_areas, run_length, runs
+from .lamp_tree import sphere_tree
 from .lamps import LUMINANCE
 
 if TYPE_CHECKING:
@@ -142,10 +143,10 @@ class LightTable:
         flags, radii = lamps["flags"], lamps["radius"]
         seen = ((flags & rec.LIGHT_HITTABLE) != 0) | ((lamps["seen_by"] & rec.RAY_CAMERA) != 0)
         found = np.flatnonzero(seen & ((flags & rec.LIGHT_DELTA) == 0) & (lamps["kind"] != rec.LIGHT_SUN))
-        # Rounding far from the lamp must not make it smaller.
-        targets = np.column_stack([lamps["center"], (radii * (1.0 + 1e-6) + 1e-9) ** 2, np.arange(n)])[found]
-        table["n_targets"] = len(found)
-        self._share("targets", np.ascontiguousarray(targets))
+        targets = sphere_tree(lamps["center"][found], radii[found], found)
+        if len(found):
+            self._share("targets", targets)
+            table["targets_width"] = len(targets) // 2
         irradiance = lamps["importance"] / self._distances(scene, lamps) ** 2
         near = slice(0, n_local)
         self.weights[near] *= irradiance[near].sum() / max(self.weights[near].sum(), 1e-300)

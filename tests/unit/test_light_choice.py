@@ -1,4 +1,7 @@
-"""How PATH chooses light by what it brings to a point: the tree over emissive triangles, and the kinds of light."""
+"""How PATH chooses light by what it brings to a point: the tree over emissive triangles, the kinds of light.
+
+And how rays find lamps.
+"""
 
 import numpy as np
 import pytest
@@ -6,6 +9,7 @@ import pytest
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, load_i32, store_f64
 from restir_engine.kernels.core.records import (
+    RAY_CAMERA,
     SCRATCH_BYTES,
     SCRATCH_POINT,
     emitter_at,
@@ -14,8 +18,8 @@ from restir_engine.kernels.core.records import (
     shading_point_at,
     world_table_at,
 )
-from restir_engine.kernels.core.vec import put, store3_f64, vec
-from restir_engine.kernels.lights import note_choice
+from restir_engine.kernels.core.vec import load3_f64, put, store3_f64, vec
+from restir_engine.kernels.lights import lights_intersect, note_choice
 from restir_engine.kernels.lights.choice import world_brings
 from restir_engine.kernels.lights.emitter_tree import TOP, choose_triangle, triangle_share, triangles_bring
 from restir_engine.scene import emitter_tree
@@ -132,6 +136,43 @@ def test_the_kinds_share_by_what_they_bring():
 
     assert shares((0.0, 0.0, 1.2))[0] > 0.8
     assert shares(scene.instances["location"][4] + (0.0, 0.0, 0.5))[1] > 0.5
+
+
+@kernel
+def nearest_kernel(scene, rays, n, out):
+    """[index, t] of the lamp that each of n rays, float64 [n, 6], meets first."""
+    for i in range(n):
+        o, d = load3_f64(rays, 6 * i), load3_f64(rays, 6 * i + 3)
+        light, t = lights_intersect(scene, o, d, 0.0, 1e30, RAY_CAMERA)
+        store_f64(out, 2 * i, float(light))
+        store_f64(out, 2 * i + 1, t)
+
+
+@pytest.mark.parametrize("count", [1, 5, 300])
+def test_rays_find_the_nearest_lamp(count):
+    random = np.random.default_rng(count)
+    centers, radii = random.uniform(-3, 3, (count, 3)), random.uniform(0.05, 0.4, count)
+    b = Builder()
+    b.add(QUAD, emission_program((0.0, 0.0, 0.0)), matrix((0.0, 0.0, -9.0)))
+    for center, radius in zip(centers, radii, strict=True):
+        b.lamp(point_lamp(matrix(tuple(center)), np.ones(3), radius, soft=False))
+    scene = b.finish(look((0.0, -5.0, 1.0), (0.0, 0.0, 0.0), 8))
+    n = 4000
+    rays = random.normal(size=(n, 6))
+    rays[:, :3] *= 3.0
+    rays[:, 3:] /= np.linalg.norm(rays[:, 3:], axis=1)[:, None]
+    out = np.zeros((n, 2))
+    nearest_kernel(scene.record, address(rays), n, address(out))
+    w = centers - rays[:, None, :3]
+    along = np.einsum("nmi,ni->nm", w, rays[:, 3:])
+    root = radii**2 - (w**2).sum(2) + along**2
+    outside = (w**2).sum(2) > radii**2  # lamps are seen from outside only
+    t = np.where((root > 0.0) & outside & (along > 0.0), along - np.sqrt(np.maximum(root, 0.0)), np.inf)
+    clear = (np.abs(root) > 1e-6).all(1) & outside.all(1)
+    hit = np.isfinite(t.min(1))
+    assert hit[clear].any()
+    np.testing.assert_array_equal(out[clear, 0] >= 0.0, hit[clear])
+    np.testing.assert_allclose(out[clear & hit, 1], t.min(1)[clear & hit], rtol=1e-5)
 
 
 def test_irradiance_of_the_world_by_the_normal():

@@ -37,17 +37,30 @@ def lights_intersect(scene, o, d, tmin, tmax, ray_flags):
     if scene.light_table == 0:
         return found, tmax
     table = light_table_at(scene.light_table, 0)
-    for k in range(table.n_targets):
-        c = sub(load3_f64(table.targets, 5 * k), o)
+    width = table.targets_width
+    k = 1 if width > 0 else 0
+    while k > 0:
+        row = 5 * k
+        r2 = load_f64(table.targets, row + 3)
+        c = sub(load3_f64(table.targets, row), o)
+        c2 = dot(c, c)
         along = dot(c, d)
-        if dot(c, c) - along * along <= load_f64(table.targets, 5 * k + 3):
-            i = int(load_f64(table.targets, 5 * k + 4))
+        if c2 - along * along <= r2 and (along >= 0.0 or c2 <= r2):
+            if k < width:
+                k *= 2
+                continue
+            i = int(load_f64(table.targets, row + 4))
             light = light_at(scene.lights, i)
             if _found_by(light, ray_flags):
                 t = intersect_area(light, o, d) if light.kind == LIGHT_AREA else intersect_ball(light, o, d)
                 if tmin < t < tmax:
                     tmax = t
                     found = i
+        # On to what is right of it: up as long as this is a right child.
+        while k & 1:
+            k >>= 1
+        if k > 0:
+            k += 1
     return found, tmax
 
 

@@ -85,8 +85,8 @@ emitter_tree_at = record_at(EMITTER_TREE)
 LIGHT_TABLE = record(
     "entries",  # int64, addresses of code by kind of light: kernels.lights.entries
     "n_local",  # lights 0 … n_local have a place, the others are suns
-    "n_targets",
-    "targets",  # float64 [n_targets, 5]: bounding sphere (centre, radius²) and index of the lamps that rays may find
+    "targets_width",  # leaves of the tree over lamps that rays may find, a power of two; 0: there are none
+    "targets",  # float64 [2 width, 5], a heap with the root 1: bounding sphere (centre, radius²), index of the lamp
     "n_emitters",
     "n_clusters",  # of lamps, chosen among before their lamps; 0: lamps are few
     "clusters",  # float64 [n_clusters, 7]: centre, radius (-1: suns), importance, first lamp, last lamp + 1
