@@ -18,6 +18,7 @@ import numpy as np
 
 from restir_engine import properties
 from restir_engine.denoise import filter_image
+from restir_engine.kernels.subsurface.van_de_hulst import scattering_albedo
 from restir_engine.session import Session
 from restir_engine.sync.depsgraph import build_scene
 from testing.blender import kit, render
@@ -79,12 +80,6 @@ def passes(samples: int, seed: int) -> dict[str, np.ndarray]:
     return {name: session.film.pass_array(name)[..., :3] for name in PASSES}
 
 
-def scattering_albedo(color: np.ndarray) -> np.ndarray:
-    """α of Kulla and Conty's map at g = 0."""
-    c = np.clip(color, 0.0, 1.0)
-    return 1.0 - (4.09712 + 4.20863 * c - np.sqrt(9.59217 + 41.6808 * c + 17.7126 * c * c)) ** 2
-
-
 def denoised(found: dict[str, np.ndarray], divisor: np.ndarray | None) -> np.ndarray:
     """The picture; with a divisor, light below the surface is divided by it and denoised apart."""
     light, albedo, normal = found["Combined"], found["Denoising Albedo"], found["Denoising Normal"]
@@ -121,7 +116,11 @@ def main() -> None:
             with render.quiet():
                 found = passes(samples, 1)
             color = found["Denoising Albedo"]
-            divisors = {"as it is": None, "by α": scattering_albedo(color), "by A": color}
+            divisors = {
+                "as it is": None,
+                "by α": np.vectorize(scattering_albedo)(np.clip(color, 0.0, 1.0)),
+                "by A": color,
+            }
             images = {"noisy": found["Combined"]} | {form: denoised(found, by) for form, by in divisors.items()}
             cells = [f"{error(images[form], truths):.5f} | {flip(images[form], truth):.4f}" for form in forms]
             print(f"| {length:g} | {samples} | " + " | ".join(cells) + " |", flush=True)

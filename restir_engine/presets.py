@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from .kernels.subsurface.van_de_hulst import half_space_albedo
+
 JENSEN = "Measured: Jensen, Marschner, Levoy and Hanrahan 2001, “A Practical Model for Subsurface Light Transport”"
 OURS = "Ours, by eye"
 
@@ -32,9 +34,8 @@ class Medium:
 
 
 def surface_albedo(albedo: float) -> float:
-    """What subsurface.parameters.kulla_conty_albedo inverts, for g = 0: van de Hulst's fit, from α to a colour."""
-    s = math.sqrt(1.0 - albedo)
-    return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
+    """The colour of a thick piece of a medium with g = 0: what subsurface.parameters.kulla_conty_albedo inverts."""
+    return half_space_albedo(math.sqrt(1.0 - albedo))
 
 
 MEDIA: dict[str, Medium] = {

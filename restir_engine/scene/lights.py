@@ -14,6 +14,7 @@ from ..kernels.lights.entries import TRIANGLE, WORLD, light_entries
 from .emitter_tree import EmitterTree, Run, is_closed, morton_order, normals_and_areas, run_length, runs
 from .lamp_tree import sphere_tree
 from .lamps import LUMINANCE
+from .table import Table
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -83,7 +84,7 @@ class _Group:
             record[name] = address(getattr(self, name))
 
 
-class LightTable:
+class LightTable(Table):
     """What light selection needs of a scene that is being committed: its instances, programs and world are in place.
 
     lamps: LIGHT records in any order, here in that of kernels. weights: of each, by about the irradiance that all of a
@@ -111,16 +112,6 @@ class LightTable:
         self._share("entries", light_entries(kinds))
         for array in (self._table, self.lamps, self.weights, self.first_emitters):
             array.flags.writeable = False
-
-    @property
-    def record(self) -> np.void:
-        """The LIGHT_TABLE record."""
-        return self._table[0]
-
-    @property
-    def address(self) -> int:
-        """That of the record; valid as long as this lives."""
-        return address(self._table)
 
     def _share(self, field: str, array: np.ndarray) -> None:
         array.flags.writeable = False

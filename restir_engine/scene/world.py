@@ -13,6 +13,7 @@ import numpy as np
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.world import bake_world, measure_world
+from .table import Table
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -42,7 +43,7 @@ class World:
     sun_angle: float = 0.0
 
 
-class WorldTable:
+class WorldTable(Table):
     """The importance map of a world in a scene that is being committed, whose programs are in place.
 
     mean: luminance over the sphere, 0 where it is not sampled.
@@ -65,16 +66,6 @@ class WorldTable:
     def sampled(self) -> bool:
         """Whether light sampling chooses the world."""
         return self.mean > 0.0
-
-    @property
-    def record(self) -> np.void:
-        """The WORLD_TABLE record."""
-        return self._table[0]
-
-    @property
-    def address(self) -> int:
-        """That of the record; valid as long as this lives."""
-        return address(self._table)
 
     def _bake(self, scene: Scene, width: int) -> None:
         width = int(np.clip(width, 16, 8192))

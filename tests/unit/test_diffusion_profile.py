@@ -8,6 +8,7 @@ import pytest
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, load_f64, store_f64
 from restir_engine.kernels.subsurface import profile as p
+from restir_engine.kernels.subsurface.van_de_hulst import scattering_albedo
 
 DENSITY, CDF, RADIUS, SHAPE, SINGLE, MULTIPLE, FACTOR = range(7)
 
@@ -47,12 +48,6 @@ def plane_integral(what, upper=200.0, **medium) -> float:
     low, high = math.log(1e-9), math.log(upper)
     r = np.exp(0.5 * (high - low) * (x + 1.0) + low)
     return float(0.5 * (high - low) * (w * r) @ (values(what, r, **medium) * 2.0 * np.pi * r))
-
-
-def kulla_conty(color: float, g: float = 0.0) -> float:
-    """α for an albedo (van de Hulst's fit inverted)."""
-    s = 4.09712 + 4.20863 * color - math.sqrt(9.59217 + 41.6808 * color + 17.7126 * color * color)
-    return (1.0 - s * s) / (1.0 - g * s * s)
 
 
 def slide_albedo(alpha):
@@ -114,12 +109,12 @@ def test_factor_of_anisotropy():
 def test_multiple_scattering_is_nowhere_negative(g):
     r = np.geomspace(1e-6, 120.0, 400)
     for color in (0.001, 0.01, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999):
-        rn = values(MULTIPLE, r, 1.0, kulla_conty(color, g), color, g)
+        rn = values(MULTIPLE, r, 1.0, scattering_albedo(color, g), color, g)
         assert (rn >= 0.0).all(), (color, r[rn < 0.0])
 
 
 def test_multiple_scattering_integrates_to_the_rest():
-    alpha = kulla_conty(0.6)
+    alpha = scattering_albedo(0.6)
     total = plane_integral(MULTIPLE, 500.0, sigma_t=1.0, alpha=alpha, albedo=0.6)
     assert total == pytest.approx(0.6 - 0.195771 * alpha, abs=1e-6)
 

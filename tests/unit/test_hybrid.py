@@ -5,6 +5,7 @@ import pytest
 from scipy.special import expn
 
 from restir_engine.kernels.subsurface.slabs import albedo_of, ball, single
+from restir_engine.presets import surface_albedo
 from restir_engine.scene.lamps import area_lamp
 from restir_engine.scene.mesh import Mesh
 from testing.measures import blocks
@@ -14,12 +15,6 @@ from testing.scenes.shapes import icosphere
 
 BALL = Mesh(*icosphere(1.0))
 BOUNDARY, SINGLE, MULTIPLE = PARTS
-
-
-def color_of(alpha: float) -> float:
-    """The colour for which the medium's albedo is α, at g = 0."""
-    s = np.sqrt(1.0 - alpha)
-    return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
 
 
 def furnace(mesh, program, samples=64, **settings) -> dict[str, tuple[float, float]]:
@@ -40,7 +35,7 @@ def near(found, expected, slack=1e-3):
 def test_slab_in_an_even_sky(analog):
     """Boundary 2 E₃(b), single α (R₁ + T₁), and the sum of adding and doubling, in three channels at once."""
     lengths, alpha = np.array([1.0, 0.5, 0.2]), 0.9
-    program = subsurface_program(color_of(alpha), lengths, entry="DIFFUSE")
+    program = subsurface_program(surface_albedo(alpha), lengths, entry="DIFFUSE")
     found = furnace(slab(1.0), program, sss_analog_escape=analog)
     near(found[BOUNDARY], 2.0 * expn(3, 1.0 / lengths))
     near(found[SINGLE], [alpha * sum(single(0.0, COSINES, 1.0 / x)) @ DIFFUSE for x in lengths])
@@ -48,7 +43,7 @@ def test_slab_in_an_even_sky(analog):
 
 
 def test_the_papers_form_gains_energy_in_thin_slabs():
-    found = furnace(slab(0.5), subsurface_program(color_of(0.9), 1.0, entry="DIFFUSE"), sss_thickness_aware=False)
+    found = furnace(slab(0.5), subsurface_program(surface_albedo(0.9), 1.0, entry="DIFFUSE"), sss_thickness_aware=False)
     near(found["Combined"], 1.269, 0.025)
 
 
@@ -63,7 +58,7 @@ def test_straight_light_through_a_ball(tau):
 def test_ball_in_an_even_sky(alpha):
     """What scatters twice and more comes out of balls of 2, 8 and 20 mean free paths' diameter as in random walks."""
     lengths = np.array([1.0, 0.25, 0.1])
-    found = furnace(BALL, subsurface_program(color_of(alpha), lengths, entry="DIFFUSE"), 128)
+    found = furnace(BALL, subsurface_program(surface_albedo(alpha), lengths, entry="DIFFUSE"), 128)
     expected = [ball(2.0 / x, np.sqrt([1.0 - alpha]), 200_000)[0] for x in lengths]
     near(found[MULTIPLE], expected, 0.015 * np.array(expected) + 1e-3)
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import testing.mitsuba
+from restir_engine.kernels.subsurface.van_de_hulst import scattering_albedo
 from restir_engine.scene.lamps import point_lamp
 from restir_engine.scene.mesh import Mesh
 from testing.scenes import scattering
@@ -40,13 +41,6 @@ def suzanne():
 SHAPES = {"ball": lambda: ball(1.0, 48), "cube": lambda: box(0.7, 0.7, 0.7), "suzanne": suzanne}
 
 
-def kulla_conty(color, g):
-    """α of the medium that RANDOM_WALK makes of a colour."""
-    c = np.asarray(color, float)
-    s = 4.09712 + 4.20863 * c - np.sqrt(9.59217 + 41.6808 * c + 17.7126 * c * c)
-    return (1.0 - s * s) / (1.0 - g * s * s)
-
-
 def ours(shape, color, radius, g, samples):
     """Pictures (SEEDS, SIZE, SIZE, 3)."""
     program = subsurface_program(color, radius, g, entry="DIFFUSE")
@@ -63,7 +57,7 @@ def ours(shape, color, radius, g, samples):
 def theirs(shape, color, radius, g, samples, folder):
     """The same by Mitsuba."""
     vertices, triangles = (array.tolist() for array in shape)
-    alpha = kulla_conty(np.broadcast_to(color, 3), g)
+    alpha = np.array([scattering_albedo(c, g) for c in np.broadcast_to(color, 3)])
     data = {
         "vertices": vertices, "triangles": triangles, "g": g, "samples": 4 * samples, "seeds": SEEDS, "pixels": SIZE,
         "sigma_t": (1.0 / np.broadcast_to(radius, 3)).tolist(), "alpha": alpha.tolist(),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from restir_engine.kernels.core import records as rec
-from restir_engine.kernels.lobes import LABEL_SUBSURFACE
 from restir_engine.kernels.lobes import closure as c
+from restir_engine.kernels.lobes.closure import LABEL_SUBSURFACE
 from testing.kernels.lobes import Surface, direction
 
 NODE, PRINCIPLED = "ShaderNodeSubsurfaceScattering", "ShaderNodeBsdfPrincipled"

@@ -5,8 +5,9 @@ from ...kernels.core.jit import inlined
 from ...kernels.core.vec import max3, mul, normalize, put, scale, vec
 from ...kernels.film.contribute import class_shares
 from ...kernels.geometry.surface import offset_origin
-from ...kernels.lobes import LABEL_SUBSURFACE, LABEL_TRANSPARENT, bsdf_sample
+from ...kernels.lobes import bsdf_sample
 from ...kernels.lobes.classes import lobe_sum
+from ...kernels.lobes.closure import LABEL_SUBSURFACE, LABEL_TRANSPARENT
 from ...kernels.path.state import DIM_DIRECTION, DIM_LOBE, ENDS, ENTERS, GOES_ON, next_ray, next_state, pass_through
 
 

@@ -113,32 +113,9 @@ def _equal(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 @inlined
-def _look_up(table, index):
+def look_up(table, index):
+    """The index in the other frame by one of MOTION's tables, -1: none there; without a table it is the same."""
     return index if table == 0 else load_i32(table, index)
-
-
-@inlined
-def instance_before(motion, instance):
-    """The instance in the frame before; -1: it was not there."""
-    return _look_up(motion.instance_before, instance)
-
-
-@inlined
-def instance_now(motion, instance):
-    """The instance now of one of the frame before; the inverse of `instance_before`."""
-    return _look_up(motion.instance_after, instance)
-
-
-@inlined
-def lamp_before(motion, lamp):
-    """The lamp in the frame before; -1: it was not there."""
-    return _look_up(motion.lamp_before, lamp)
-
-
-@inlined
-def lamp_now(motion, lamp):
-    """The lamp now of one of the frame before; the inverse of `lamp_before`."""
-    return _look_up(motion.lamp_after, lamp)
 
 
 @device
@@ -147,7 +124,7 @@ def place_before(scene, before, motion, sp):
 
     n: the shading normal now, turned as the object has turned; what deformation does to it is left out.
     """
-    instance = instance_before(motion, sp.instance)
+    instance = look_up(motion.instance_before, sp.instance)
     if instance < 0:
         return instance, vec(sp.p), vec(sp.n)
     placed = instance_at(before.instances, instance)

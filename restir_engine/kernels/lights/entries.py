@@ -16,14 +16,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..core.jit import Entry, entry, inlined
-from ..core.records import (
-    light_at,
-    light_sample_at,
-    light_sample_in,
-    scene_at,
-    shading_point_at,
-    world_table_at,
-)
+from ..core.records import light_at, light_sample_at, light_sample_in, scene_at, shading_point_at, world_table_at
 from ..core.vec import vec
 from ..core.warp import disk, octahedral_direction
 from .area import place_area, sample_area, see_area

@@ -1,14 +1,5 @@
 """The BSDFs: closures that shader programs make, and what the integrators ask of them."""
 
-from .closure import (
-    LABEL_DIFFUSE,
-    LABEL_GLOSSY,
-    LABEL_REFLECT,
-    LABEL_SINGULAR,
-    LABEL_SUBSURFACE,
-    LABEL_TRANSMIT,
-    LABEL_TRANSPARENT,
-)
 from .dispatch import bsdf_eval, bsdf_sample
 from .nodes import BSDF_NODES
 from .passes import bsdf_blur, bsdf_color, bsdf_has_eval, bsdf_normal, bsdf_roughness, denoise_features
@@ -16,13 +7,6 @@ from .tables import lobe_tables
 
 __all__ = [
     "BSDF_NODES",
-    "LABEL_DIFFUSE",
-    "LABEL_GLOSSY",
-    "LABEL_REFLECT",
-    "LABEL_SINGULAR",
-    "LABEL_SUBSURFACE",
-    "LABEL_TRANSMIT",
-    "LABEL_TRANSPARENT",
     "bsdf_blur",
     "bsdf_color",
     "bsdf_eval",

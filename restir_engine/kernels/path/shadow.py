@@ -9,8 +9,7 @@ from ..core.records import (
     RAY_SHADOW_TRANSPARENT,
     SCENE_HAS_MEDIA,
     SCENE_HAS_TRANSPARENT,
-    SCRATCH_LIGHT_SAMPLE,
-    light_sample_at,
+    light_sample_in,
     shadow_point_in,
 )
 from ..core.vec import length, max3, mul, scale, sub, vec
@@ -24,7 +23,7 @@ from .state import FAR, inherit, next_after
 @inlined
 def light_visibility(scene, integrator, scratch, path, sp):
     """V by channel between sp and the scratch's LIGHT_SAMPLE; 1 of light that casts no shadow."""
-    ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
+    ls = light_sample_in(scratch)
     if ls.flags & LIGHT_SAMPLE_NO_SHADOW:
         return (1.0, 1.0, 1.0)
     return transmittance(scene, integrator, scratch, path, sp, vec(ls.wi), ls.distance, vec(ls.p))

@@ -24,7 +24,7 @@ from ..core.records import (
 )
 from ..core.vec import is_black, max3, mul, put, vec
 from ..geometry.camera import camera_ray
-from ..lobes import LABEL_DIFFUSE, LABEL_GLOSSY, LABEL_REFLECT, LABEL_SINGULAR
+from ..lobes.closure import LABEL_DIFFUSE, LABEL_GLOSSY, LABEL_REFLECT, LABEL_SINGULAR
 
 FAR = 1.0e30
 

@@ -271,13 +271,17 @@ def _transform(kind, matrix, inverse, v):
     return transform_vector(matrix, v) if kind == 1 else normalize(transform_normal(inverse, v))
 
 
+@inlined
+def _by_camera(kind, matrix, v):
+    """v by the camera's matrix, which is rigid, likewise."""
+    q = transform_point(matrix, v) if kind == 0 else transform_vector(matrix, v)
+    return normalize(q) if kind == 2 else q
+
+
 @device
 def _to_world(scene, sp, kind, space, v):
     if space == 2:
-        camera = camera_at(scene.camera, 0)
-        q = (v[0], v[1], -v[2])
-        q = transform_point(camera.to_world, q) if kind == 0 else transform_vector(camera.to_world, q)
-        return normalize(q) if kind == 2 else q
+        return _by_camera(kind, camera_at(scene.camera, 0).to_world, (v[0], v[1], -v[2]))
     if space == 0 or sp.instance < 0:
         return v
     instance = instance_at(scene.instances, sp.instance)
@@ -286,15 +290,13 @@ def _to_world(scene, sp, kind, space, v):
 
 @device
 def _from_world(scene, sp, kind, space, v):
-    if space == 2:
-        camera = camera_at(scene.camera, 0)
-        q = transform_point(camera.to_camera, v) if kind == 0 else transform_vector(camera.to_camera, v)
-        q = (q[0], q[1], -q[2])
-        return normalize(q) if kind == 2 else q
-    if space == 0 or sp.instance < 0:
+    if space == 1 and sp.instance >= 0:
+        instance = instance_at(scene.instances, sp.instance)
+        return _transform(kind, instance.to_object, instance.to_world, v)
+    if space != 2:
         return v
-    instance = instance_at(scene.instances, sp.instance)
-    return _transform(kind, instance.to_object, instance.to_world, v)
+    q = _by_camera(kind, camera_at(scene.camera, 0).to_camera, v)
+    return (q[0], q[1], -q[2])
 
 
 @device

@@ -134,29 +134,21 @@ def _rounding(mode, a, b, c):
 @device
 def _trigonometry(mode, a, b):
     """MATH_OPERATIONS from 29 on."""
-    if mode == 29:
-        return math.sin(a)
-    if mode == 30:
-        return math.cos(a)
-    if mode == 31:
-        return math.tan(a)
-    if mode == 32:
-        return math.asin(clamp(a, -1.0, 1.0))
-    if mode == 33:
-        return math.acos(clamp(a, -1.0, 1.0))
+    if mode < 32:
+        return math.sin(a) if mode == 29 else math.cos(a) if mode == 30 else math.tan(a)
+    if mode < 34:
+        x = clamp(a, -1.0, 1.0)
+        return math.asin(x) if mode == 32 else math.acos(x)
     if mode == 34:
         return math.atan(a)
     if mode == 35:
         return math.atan2(a, b) if a != 0.0 or b != 0.0 else 0.0
-    if mode == 36:
-        return math.sinh(clamp(a, -80.0, 80.0))
-    if mode == 37:
-        return math.cosh(clamp(a, -80.0, 80.0))
+    if mode < 38:
+        x = clamp(a, -80.0, 80.0)
+        return math.sinh(x) if mode == 36 else math.cosh(x)
     if mode == 38:
         return math.tanh(a)
-    if mode == 39:
-        return a * (math.pi / 180.0)
-    return a * (180.0 / math.pi)
+    return a * (math.pi / 180.0 if mode == 39 else 180.0 / math.pi)
 
 
 @device

@@ -9,14 +9,7 @@ import math
 from ..core import rng
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_f64, load_i64, store_f64, store_i64
-from ..core.records import (
-    closure_at,
-    film_at,
-    integrator_at,
-    path_in,
-    point_in,
-    scene_at,
-)
+from ..core.records import closure_at, film_at, integrator_at, path_in, point_in, scene_at
 from ..core.vec import dot, load3_f64, mul, scale, store3_f64, sub, vec
 from ..lobes.closure import P_ANISOTROPY, P_BURLEY, P_LENGTH
 from ..path.state import DIMENSIONS, ENDS, FAR

@@ -18,14 +18,7 @@ from ..core import rng
 from ..core.fastmath import exp, log
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_f64, load_i64, store_f64
-from ..core.records import (
-    closure_at,
-    film_at,
-    integrator_at,
-    path_in,
-    point_in,
-    scene_at,
-)
+from ..core.records import closure_at, film_at, integrator_at, path_in, point_in, scene_at
 from ..core.vec import dot, load3_f64, madd, max3, mul, neg, scale, sub, vec
 from ..geometry.local import hit_normal, local_intersect
 from ..lobes.closure import P_ANISOTROPY

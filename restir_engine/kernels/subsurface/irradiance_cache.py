@@ -17,14 +17,7 @@ import numpy as np
 from ..core import rng
 from ..core.jit import device, entry, inlined, kernel
 from ..core.memory import load_f32, load_i32, load_i64, store_f32, store_f64, store_i32, store_i64
-from ..core.records import (
-    closure_at,
-    film_at,
-    integrator_at,
-    path_in,
-    point_in,
-    scene_at,
-)
+from ..core.records import closure_at, film_at, integrator_at, path_in, point_in, scene_at
 from ..core.vec import dot, is_black, length, load3_f64, mul, sub, vec
 from ..film.contribute import contribute, lit_at_exit
 from ..lobes.classes import Lobes

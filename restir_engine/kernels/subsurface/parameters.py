@@ -1,16 +1,16 @@
 """From what an artist sets (colour, length, anisotropy) to a medium: extinction σ_t and single-scattering albedo α.
 
 Two maps exist, both index-matched. KULLA_CONTY takes a colour as the albedo of a semi-infinite medium under diffuse
-light (van de Hulst's fit, inverted as in Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks") and
-a length as the mean free path 1/σ_t. LEGACY is the fit of Chiang et al. 2016, "Practical and Controllable Subsurface
-Scattering", extended to g by Wrenninge et al. 2017; its length is the *reduced* mean free path.
+light (`van_de_hulst`) and a length as the mean free path 1/σ_t. LEGACY is the fit of Chiang et al. 2016, "Practical and
+Controllable Subsurface Scattering", extended to g by Wrenninge et al. 2017; its length is the *reduced* mean free path.
 
 Functions of colours take and return rgb; lengths are in scene units, σ_t in 1 by scene unit.
 """
 
 import math
 
-from ..core.jit import device
+from ..core.jit import device, inlined
+from .van_de_hulst import similarity
 
 # What artists choose from, as immediates of the instructions that make LOBE_SUBSURFACE.
 BURLEY, RANDOM_WALK, RANDOM_WALK_LEGACY, RANDOM_WALK_SKIN = 0, 1, 2, 3
@@ -39,6 +39,9 @@ _F = (2.40602999408, -2.51814844609, 9.18494908356, -79.2191708682,
       259.082868209, -403.613804597, 302.85712436, -87.4370473567)  # fmt: skip
 
 
+_similarity = inlined(similarity)
+
+
 @device
 def _polynomial(c, x):
     """Σ c_k x^k of eight coefficients."""
@@ -48,7 +51,7 @@ def _polynomial(c, x):
 
 @device
 def _kulla_conty(color, g):
-    s = 4.09712 + 4.20863 * color - math.sqrt(9.59217 + 41.6808 * color + 17.7126 * color * color)
+    s = _similarity(color)
     return min(max((1.0 - s * s) / (1.0 - g * s * s), 0.0), MAX_ALBEDO)
 
 

@@ -7,6 +7,7 @@ from ..core.jit import device, inlined
 from ..lobes.closure import P_ALBEDO, P_COLOR, P_SIGMA_T
 from .albedo import similar
 from .profile import SINGLE_ALBEDO, SINGLE_SHAPE, profile, profile_shape, single_factor
+from .van_de_hulst import half_space_albedo
 
 
 @inlined
@@ -27,10 +28,7 @@ def channels(c, throughput):
     return (w0, w1, w2), (s0, s1, s2), (a0, a1, a2)
 
 
-@inlined
-def diffuse_albedo(s):
-    """A of a half space under diffuse light (van de Hulst's fit); s = √(1 - α*)."""
-    return (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
+diffuse_albedo = inlined(half_space_albedo)
 
 
 @inlined

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from .profile import SINGLE_ALBEDO, SINGLE_SHAPE
+from .van_de_hulst import half_space_albedo
 
 _FILE = Path(__file__).with_name("slabs.npz")
 _NODES = 16  # quadrature: half the terms of the phase function that are kept
@@ -141,7 +142,7 @@ def spread(thickness: float, s: np.ndarray, photons: int, seed: int = 1) -> np.n
 
 def _profile_spread(scale: float, s: float, thickness: float) -> float:
     """Mean distance to the side on a plane at `thickness` under the profile R_n, `scale` times as wide."""
-    albedo = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
+    albedo = half_space_albedo(s)
     share = min((1.0 - s * s) * SINGLE_ALBEDO / max(albedo, 1e-9), 0.999)
     r = np.exp(np.linspace(-8.0, 8.0, 300))  # a trapezoidal rule in log r: its ends count for nothing
     d, d0 = scale / (1.9 - albedo + 3.5 * (albedo - 0.8) ** 2), scale / SINGLE_SHAPE
@@ -201,7 +202,7 @@ def bend(tables: dict[str, np.ndarray], photons: int = 400_000) -> np.ndarray:
         truth = ball(b, S, photons)
         r = x * b
         for i, s in enumerate(S[:-1]):
-            albedo = (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s)
+            albedo = half_space_albedo(s)
             d, share = (
                 1.0 / (1.9 - albedo + 3.5 * (albedo - 0.8) ** 2),
                 min((1.0 - s * s) * SINGLE_ALBEDO / albedo, 0.999),

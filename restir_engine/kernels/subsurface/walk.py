@@ -18,16 +18,7 @@ from ..core import rng
 from ..core.fastmath import exp, log
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_i64
-from ..core.records import (
-    SCRATCH_RAY,
-    closure_at,
-    instance_at,
-    integrator_at,
-    mesh_at,
-    path_in,
-    point_in,
-    scene_at,
-)
+from ..core.records import SCRATCH_RAY, closure_at, instance_at, integrator_at, mesh_at, path_in, point_in, scene_at
 from ..core.vec import dot, madd, max3, mul, put, scale, transform_point, transform_vector, vec
 from ..film.contribute import first_scattering
 from ..geometry.local import hit_barycentrics, hit_distance, trace

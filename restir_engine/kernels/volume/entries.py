@@ -6,11 +6,10 @@ from ..core.jit import Entry, entry, outcome_entry
 from ..core.records import (
     SCENE_HAS_MEDIA,
     SCRATCH_MEDIA,
-    SCRATCH_PATH,
-    SCRATCH_POINT,
     film_at,
     integrator_at,
-    path_at,
+    path_in,
+    point_in,
     scene_at,
     shading_point_at,
 )
@@ -23,36 +22,36 @@ from .through import find_media, trace_shadow
 
 @entry
 def _begin(scene, integrator, film, scratch, _):
-    path = path_at(scratch + SCRATCH_PATH, 0)
+    path = path_in(scratch)
     find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, vec(path.o))
 
 
 @entry
 def _around(scene, integrator, film, scratch, sp):
     sp = shading_point_at(sp, 0)
-    path = path_at(scratch + SCRATCH_PATH, 0)
+    path = path_in(scratch)
     find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, offset_origin(sp, vec(sp.wo)))
 
 
 @outcome_entry
 def _segment(scene, integrator, film, scratch, reaches):
-    path = path_at(scratch + SCRATCH_PATH, 0)
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    path = path_in(scratch)
+    sp = point_in(scratch)
     scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
     return follow_segment(scene, integrator, film, scratch, path, sp, reaches)
 
 
 @entry
 def _cross(scene, integrator, film, scratch, _):
-    path = path_at(scratch + SCRATCH_PATH, 0)
-    sp = shading_point_at(scratch + SCRATCH_POINT, 0)
+    path = path_in(scratch)
+    sp = point_in(scratch)
     cross(scene_at(scene, 0), integrator_at(integrator, 0), scratch + SCRATCH_MEDIA, sp)
     path.medium_start = sp.t
 
 
 @entry
 def _shadow(scene, integrator, film, scratch, sp):
-    path = path_at(scratch + SCRATCH_PATH, 0)
+    path = path_in(scratch)
     trace_shadow(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, shading_point_at(sp, 0))
 
 

@@ -59,14 +59,9 @@ from ....kernels.lights import (
 )
 from ....kernels.lights.mean_visibility import FIRST, learn, mean_visibility
 from ....kernels.lights.world import world_pdf
-from ....kernels.lobes import (
-    LABEL_SINGULAR,
-    LABEL_SUBSURFACE,
-    LABEL_TRANSPARENT,
-    bsdf_has_eval,
-    bsdf_sample,
-)
+from ....kernels.lobes import bsdf_has_eval, bsdf_sample
 from ....kernels.lobes.classes import NO_LOBES, lobe_add, lobe_scale, lobe_sum, lobes_of, put_lobes
+from ....kernels.lobes.closure import LABEL_SINGULAR, LABEL_SUBSURFACE, LABEL_TRANSPARENT
 from ....kernels.path.direct import LOBE_RAYS, lit_bsdf
 from ....kernels.path.state import DIM_DIRECTION, DIM_LOBE, FAR, next_after, ray_flags, ray_mask
 from ....kernels.shading.interpreter import shader_eval

@@ -7,7 +7,7 @@ the identity and its Jacobian is 1. From one frame to another the light is found
 from ....kernels.core.jit import entry, inlined
 from ....kernels.core.records import POINT_ON_LAMP, POINT_ON_WORLD
 from ...resampling.frame import frame_at
-from ...resampling.motion import instance_before, instance_now, lamp_before, lamp_now, motion_at
+from ...resampling.motion import look_up, motion_at
 from ...resampling.options import SHADED, TARGET, reuse_at
 from ...resampling.technique import NOW, domain_at, shifted_at
 from .sample import direct_reservoir_at, forget
@@ -52,7 +52,7 @@ def source_before(motion, source, primitive):
     """
     if primitive == POINT_ON_WORLD:
         return source
-    return lamp_before(motion, source) if primitive == POINT_ON_LAMP else instance_before(motion, source)
+    return look_up(motion.lamp_before if primitive == POINT_ON_LAMP else motion.instance_before, source)
 
 
 @inlined
@@ -60,4 +60,4 @@ def source_now(motion, source, primitive):
     """The source now of a light's point of the frame before; the inverse of `source_before`."""
     if primitive == POINT_ON_WORLD:
         return source
-    return lamp_now(motion, source) if primitive == POINT_ON_LAMP else instance_now(motion, source)
+    return look_up(motion.lamp_after if primitive == POINT_ON_LAMP else motion.instance_after, source)
