@@ -170,12 +170,10 @@ def _program(scene, sp, start, _code, _at):
 # What is called by address, by opcode. An entry is compiled once, on its own, when a scene first needs it, so that the
 # kernels that run programs stay small. Those of instructions are given the addresses of scene, shading point, registers
 # and code, and the index of the first operand word.
+_FAMILIES = {ops.MATH: math_op, ops.MIX_COLOR: color_op, ops.GEOMETRY: input_op, ops.BUMP: bump_op}  # twenty each
 _ENTRIES: dict[int, Entry] = {
     _PROGRAM: _program,
-    **dict.fromkeys(range(ops.MATH, ops.ROTATE_EULER + 1), math_op),
-    **dict.fromkeys(range(ops.MIX_COLOR, ops.CLAMP_COLOR + 1), color_op),
-    **dict.fromkeys(range(ops.GEOMETRY, ops.ATTRIBUTE_FACTOR + 1), input_op),
-    **dict.fromkeys(range(ops.BUMP, ops.VECTOR_DISPLACEMENT + 1), bump_op),
+    **{first + k: family for first, family in _FAMILIES.items() for k in range(20)},
     **TEXTURE_ENTRIES,
     **BSDF_ENTRIES,
     **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_SUBSURFACE + 1), medium_op),

@@ -9,37 +9,30 @@ from ...scene import names
 from .registry import node, unlinked
 
 
-def point(c, what: int) -> int:
-    """The register of a vector POINT_* of the shading point, or of the point shifted for a bump."""
+def _read(c, key: tuple, size: int, op: int, word: int) -> int:
+    """The first of `size` registers that an instruction fills from the shading point, or one shifted for a bump."""
 
     def read() -> int:
-        out = c.allocate(3)
-        c.emit(ops.GEOMETRY, out, what, c.offset, c.width)
+        out = c.allocate(size)
+        c.emit(op, out, word, c.offset, c.width)
         return out
 
-    return c.once(("point", what), read)
+    return c.once(key, read)
+
+
+def point(c, what: int) -> int:
+    """The register of a vector POINT_* of the shading point."""
+    return _read(c, ("point", what), 3, ops.GEOMETRY, what)
 
 
 def attribute(c, name: str) -> int:
     """The registers x, y, z, alpha of an attribute."""
-
-    def read() -> int:
-        out = c.allocate(4)
-        c.emit(ops.ATTRIBUTE, out, c.attribute(name), c.offset, c.width)
-        return out
-
-    return c.once(("attribute", name), read)
+    return _read(c, ("attribute", name), 4, ops.ATTRIBUTE, c.attribute(name))
 
 
 def _factor(c, name: str) -> int:
     """The register of an attribute as one number."""
-
-    def read() -> int:
-        out = c.allocate(1)
-        c.emit(ops.ATTRIBUTE_FACTOR, out, c.attribute(name), c.offset, c.width)
-        return out
-
-    return c.once(("factor", name), read)
+    return _read(c, ("factor", name), 1, ops.ATTRIBUTE_FACTOR, c.attribute(name))
 
 
 def _zeros(c, node) -> dict[str, int]:

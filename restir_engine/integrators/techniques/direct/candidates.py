@@ -132,19 +132,23 @@ def _groups(scratch, layer):
 
 
 @inlined
+def _start(record, u):
+    """Begin a STREAM or GROUPS that chooses by the random number u."""
+    record.total = 0.0
+    record.choice = u
+
+
+@inlined
 def _start_streams(scratch, layers, u):
     for layer in range(layers):
-        stream = _stream(scratch, layer)
-        stream.total = 0.0
-        stream.choice = u
+        _start(_stream(scratch, layer), u)
 
 
 @inlined
 def _start_groups(scratch, layers, u):
     for layer in range(layers):
         groups = _groups(scratch, layer)
-        groups.total = 0.0
-        groups.choice = u
+        _start(groups, u)
         groups.target = 0.0
         put_lobes(groups.light, NO_LOBES)
 
