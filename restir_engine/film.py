@@ -6,15 +6,9 @@ import numpy as np
 
 from .kernels.core import records as rec
 from .kernels.core.memory import address
-from .settings import PASS_BY_NAME, PASSES, Pass
+from .settings import PASS_BY_NAME, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it
-
-
-# Passes that light is added to as it is found.
-_LIGHT = {
-    p.field for p in PASSES if p.field.startswith(("combined", "emission", "environment", "subsurface", "volume"))
-}
 
 
 class Film:
@@ -40,12 +34,11 @@ class Film:
             record[name] = -1
         record["pixels"] = address(self.pixels)
         record["width"], record["height"], record["channels"] = self.width, self.height, self.pixels.shape[2]
-        fields = {item.field for item in self.passes if item.field}
         for item in self.passes:
             if item.field:
                 record[item.field] = self._offsets[item.name]
-        record["light_passes"] = any(f.endswith(("direct", "emission", "environment")) for f in fields)
-        record["data_passes"] = bool(fields - _LIGHT)
+        record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
+        record["data_passes"] = any(item.field and not item.light for item in self.passes)
 
     @property
     def record(self) -> np.void:
@@ -74,6 +67,6 @@ class Film:
         if name == "Combined":
             result[:, :, 3] = np.clip(1.0 - result[:, :, 3], 0.0, 1.0)
             result[:, :, :3] *= self.exposure
-        elif item.divide or item.field in _LIGHT:
+        elif item.light:
             result[:, :, :3] *= self.exposure
         return result

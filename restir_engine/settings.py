@@ -72,6 +72,7 @@ class Pass:
     own: str = ""  # then the property of view_layer.restir that does
     divide: str = ""
     averaged: bool = True  # False: the first sample's value
+    light: bool = False  # sums of light, by kernels.film.contribute; else it describes the first surface
 
 
 def _light(name: str, short: str, prefix: str, prop: str) -> list[Pass]:
@@ -79,13 +80,19 @@ def _light(name: str, short: str, prefix: str, prop: str) -> list[Pass]:
     color = Pass(f"{name} Color", f"{short}Col", f"{prefix}_color", "RGB", "COLOR", f"use_pass_{prop}_color")
     return [
         Pass(f"{name} {half}", f"{short}{half[:3]}", f"{prefix}_{half.lower()}", "RGB", "COLOR",
-             f"use_pass_{prop}_{half.lower()}", divide=color.name)
+             f"use_pass_{prop}_{half.lower()}", divide=color.name, light=True)
         for half in ("Direct", "Indirect")
     ] + [color]  # fmt: skip
 
 
+def _subsurface(part: str) -> Pass:
+    """Light that was scattered below a surface: all of it, or a part by the number of scattering events."""
+    name, field = f"Subsurface {part}".strip(), f"subsurface_{part.lower()}".strip("_")
+    return Pass(name, f"SSS{part}", field, "RGB", "COLOR", "", own="use_pass_subsurface", light=True)
+
+
 PASSES: tuple[Pass, ...] = (
-    Pass("Combined", "Combined", "combined", "RGBA", "COLOR", "use_pass_combined"),
+    Pass("Combined", "Combined", "combined", "RGBA", "COLOR", "use_pass_combined", light=True),
     Pass("Depth", "Depth", "depth", "Z", "VALUE", "use_pass_z", averaged=False),
     Pass("Normal", "Normal", "normal", "XYZ", "VECTOR", "use_pass_normal"),
     Pass("Position", "Position", "position", "XYZ", "VECTOR", "use_pass_position", averaged=False),
@@ -95,15 +102,12 @@ PASSES: tuple[Pass, ...] = (
     *_light("Diffuse", "Diff", "diffuse", "diffuse"),
     *_light("Glossy", "Gloss", "glossy", "glossy"),
     *_light("Transmission", "Trans", "transmission", "transmission"),
-    Pass("Volume Direct", "VolumeDir", "volume_direct", "RGB", "COLOR", "", own="use_pass_volume"),
-    Pass("Volume Indirect", "VolumeInd", "volume_indirect", "RGB", "COLOR", "", own="use_pass_volume"),
-    Pass("Emission", "Emit", "emission", "RGB", "COLOR", "use_pass_emit"),
-    Pass("Environment", "Env", "environment", "RGB", "COLOR", "use_pass_environment"),
+    Pass("Volume Direct", "VolumeDir", "volume_direct", "RGB", "COLOR", "", own="use_pass_volume", light=True),
+    Pass("Volume Indirect", "VolumeInd", "volume_indirect", "RGB", "COLOR", "", own="use_pass_volume", light=True),
+    Pass("Emission", "Emit", "emission", "RGB", "COLOR", "use_pass_emit", light=True),
+    Pass("Environment", "Env", "environment", "RGB", "COLOR", "use_pass_environment", light=True),
     # Light that was scattered below a surface; by what happened there at the first time, however the path went on.
-    Pass("Subsurface", "SSS", "subsurface", "RGB", "COLOR", "", own="use_pass_subsurface"),
-    Pass("Subsurface Boundary", "SSSBoundary", "subsurface_boundary", "RGB", "COLOR", "", own="use_pass_subsurface"),
-    Pass("Subsurface Single", "SSSSingle", "subsurface_single", "RGB", "COLOR", "", own="use_pass_subsurface"),
-    Pass("Subsurface Multiple", "SSSMultiple", "subsurface_multiple", "RGB", "COLOR", "", own="use_pass_subsurface"),
+    *(_subsurface(part) for part in ("", "Boundary", "Single", "Multiple")),
     # V̄ by channel, and the share of the samples that have one; both by all samples (associated alpha).
     Pass("Visibility Estimate", "Visibility", "", "RGBA", "COLOR", "", own="use_pass_visibility"),
     Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", "", own="use_pass_denoising"),
