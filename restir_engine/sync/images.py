@@ -17,6 +17,7 @@ import numpy as np
 
 from ..scene.images import srgb_decode
 from .image_headers import FileAlpha, file_alpha
+from .multilayer import first_layer
 
 _ENCODED = "sRGB"
 _LINEAR = "Linear Rec.709"
@@ -101,11 +102,34 @@ def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | 
                 found = _pixels(source, image, path)
                 if found is not None:
                     return found
+        found = _first_layer(image, frame)
+        if found is not None:
+            return found
     except RuntimeError:  # Blender cannot read the file
         pass
     part = f" (tile {tile})" if tile else f" (frame {frame})" if image.source == "SEQUENCE" else ""
     warn(f"image “{image.name}”{part} is missing")
     return None
+
+
+def _first_layer(image, frame: int) -> tuple[np.ndarray, np.ndarray | None] | None:
+    """As `_read`, of an OpenEXR file with several layers: of the first, which is what Cycles reads."""
+    path = bpy.path.abspath(image.filepath, library=image.library)
+    path = _numbered(path, frame) if image.source == "SEQUENCE" else path
+    if image.packed_file is not None:
+        data = image.packed_file.data
+    elif path.lower().endswith(".exr") and Path(path).is_file():
+        data = Path(path).read_bytes()
+    else:
+        return None
+    layer = first_layer(data)
+    if layer is None:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        alone = Path(folder) / "layer.exr"
+        alone.write_bytes(layer)
+        with _temporary(str(alone), image) as (source, _):
+            return _pixels(source, image, path)
 
 
 @contextmanager

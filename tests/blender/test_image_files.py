@@ -3,6 +3,7 @@
 import itertools
 
 import bpy
+import numpy as np
 import pytest
 
 from testing.blender import image_files
@@ -93,3 +94,51 @@ def test_what_headers_say(tmp_path):
     assert file_alpha(str(tmp_path / "colour.tif")) == (False, True)
     (tmp_path / "empty.png").write_bytes(b"")
     assert file_alpha(str(tmp_path / "empty.png")) == (False, False)
+
+
+@pytest.mark.parametrize("packed", [False, True], ids=["file", "packed"])
+def test_the_first_layer_of_a_multilayer_file(packed, tmp_path, scene):
+    scene.render.resolution_x, scene.render.resolution_y = 40, 40
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples = 1
+    scene.cycles.use_denoising = False
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0, 0):
+        world.use_nodes = True
+    coordinates = world.node_tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+    background = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    world.node_tree.links.new(coordinates, background.inputs["Color"])
+    scene.world = world
+    bpy.context.view_layer.use_pass_normal = bpy.context.view_layer.use_pass_z = True
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format = "OPEN_EXR_MULTILAYER"
+    paths = []
+    for codec, interleave in itertools.product(("NONE", "ZIP", "ZIPS", "PIZ", "RLE", "DWAA"), (False, True)):
+        settings.exr_codec = codec
+        if hasattr(settings, "use_exr_interleave"):
+            settings.use_exr_interleave = interleave
+        elif interleave:
+            continue
+        if codec == "DWAA" and (interleave or not hasattr(settings, "use_exr_interleave")):
+            continue  # its channels cannot be told from their packing
+        paths.append(tmp_path / f"{codec} {interleave}.exr")
+        scene.render.filepath = str(paths[-1])
+        bpy.ops.render.render(write_still=True)
+
+    def case(path):
+        def build(tree):
+            node = add_node(tree, "ShaderNodeTexImage", image=bpy.data.images.load(str(path)), interpolation="Closest")
+            if packed:
+                node.image.pack()
+            return node.outputs["Color"]
+
+        return build
+
+    results = compare({path.name: case(path) for path in paths})
+    for name, parity in results.items():
+        assert np.ptp(parity.cycles) > 0.05, name
+        assert np.quantile(np.abs(parity.cycles - parity.ours), 0.95) < HALF, name

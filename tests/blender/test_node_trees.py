@@ -190,6 +190,35 @@ def test_cyclic_links_end():
     assert len(program.code)
 
 
+@pytest.mark.parametrize("kind", ["ShaderNodeMath", "ShaderNodeAddShader", "NodeReroute"])
+def test_thousands_of_nodes_in_a_row(kind):
+    """Groups in a row: adding one node to a long tree takes long."""
+    inside = bpy.data.node_groups.new("Row", "ShaderNodeTree")
+    socket_type = "NodeSocketShader" if kind == "ShaderNodeAddShader" else "NodeSocketFloat"
+    for direction in ("INPUT", "OUTPUT"):
+        inside.interface.new_socket("Value", in_out=direction, socket_type=socket_type)
+    socket = inside.nodes.new("NodeGroupInput").outputs[0]
+    for _ in range(150):
+        node = inside.nodes.new(kind)
+        inside.links.new(socket, node.inputs[0])
+        socket = node.outputs[0]
+    inside.links.new(socket, inside.nodes.new("NodeGroupOutput").inputs[0])
+
+    def build(tree):
+        if kind == "ShaderNodeAddShader":
+            socket = add_node(tree, "ShaderNodeEmission").outputs[0]
+        else:
+            socket = add_node(tree, "ShaderNodeNewGeometry").outputs["Backfacing"]
+        for _ in range(20):
+            group = add_node(tree, "ShaderNodeGroup", node_tree=inside)
+            tree.links.new(socket, group.inputs[0])
+            socket = group.outputs[0]
+        return socket
+
+    program, warnings = _compile(build)
+    assert len(program.code) and warnings == []
+
+
 def test_a_long_chain_needs_few_registers():
     """Its results together are more than there are registers. Few nodes: adding one to a long tree takes long."""
     length = rec.MAX_REGISTERS // 3 + 20

@@ -53,7 +53,8 @@ class Compiler(ValueCompiler):
     def compile(self, tree: bpy.types.NodeTree | None) -> Program:
         """The program of the tree's output for Cycles; an empty one when there is none."""
         limit = sys.getrecursionlimit()
-        sys.setrecursionlimit(max(limit, 20000))
+        # Each node is a few calls deep, which lie on Python's heap, not on the stack.
+        sys.setrecursionlimit(max(limit, _CALLS * _size(tree)))
         try:
             output = tree.get_output_node("CYCLES") if tree is not None else None
             if output is not None:
@@ -267,6 +268,17 @@ class Compiler(ValueCompiler):
             self._upstream(source, found, visited)
         if node.bl_idname != "NodeReroute" and output.type != SHADER:
             found[visit] = (self._path, node, output)
+
+
+_CALLS = 40  # a node, at most
+
+
+def _size(tree, around: tuple = ()) -> int:
+    """How many nodes a tree has with those of its groups, each time that one is used."""
+    if tree is None or tree in around:
+        return 0
+    inner = (getattr(node, "node_tree", None) for node in tree.nodes)
+    return 500 + len(tree.nodes) + sum(_size(group, (*around, tree)) for group in inner if group is not None)
 
 
 def _path_to(tree, output) -> tuple[bpy.types.Node, ...]:
