@@ -35,6 +35,8 @@ class SceneDescription:
         self.camera = Camera()
         self.warnings = Warnings()
         self.frame = 1  # what image sequences show
+        self.time = 1.0  # the frame with its fraction
+        self.frames_per_second = 24.0
         self.attribute_names = names.reserved() if attribute_names is None else attribute_names
 
     def attribute_name(self, name: str) -> int:

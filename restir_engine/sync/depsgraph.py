@@ -44,6 +44,9 @@ def read_scene(depsgraph, settings, camera: Camera | None = None, camera_object=
     """
     scene = SceneDescription()
     scene.frame = depsgraph.scene.frame_current
+    render = depsgraph.scene.render
+    scene.time = depsgraph.scene.frame_current_final
+    scene.frames_per_second = render.fps / render.fps_base
     scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
     note_scene(depsgraph, scene.warnings)
     reader = _Reader(scene, depsgraph, settings)

@@ -45,6 +45,8 @@ def sync_light(scene, instance, materials, seen_by: int) -> None:
     elif light.type == "AREA":
         ellipse, two = _DIAMETERS[light.shape]
         height = light.size_y if two else light.size
+        if not np.linalg.norm(matrix[:3, :2], axis=0).astype(np.float32).all() or light.size * height == 0.0:
+            return  # as in Cycles, an area of 0 sends out nothing
         lamp = area_lamp(matrix, strength, light.size, height, ellipse=ellipse, spread=light.spread, **common)
     elif light.type == "SPOT":
         lamp = spot_lamp(

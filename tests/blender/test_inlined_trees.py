@@ -96,6 +96,20 @@ def test_materials():
         assert parity.error < 4e-4, (name, parity.cycles[3, 3], parity.ours[3, 3])
 
 
+@pytest.mark.parametrize("output", ["Seconds", "Frame"])
+def test_scene_time(output):
+    if not hasattr(bpy.types, "GeometryNodeInputSceneTime"):
+        pytest.skip("a node of Blender 5.2")
+
+    def time(tree):
+        bpy.context.scene.frame_set(50, subframe=0.25)
+        bpy.context.scene.render.fps, bpy.context.scene.render.fps_base = 30, 1.25
+        return tree.nodes.new("GeometryNodeInputSceneTime").outputs[output]
+
+    parity = compare({"time": time}, scale=0.01)["time"]
+    assert np.ptp(parity.cycles) == 0.0 and parity.error < 1e-4, (parity.cycles[3, 3], parity.ours[3, 3])
+
+
 def test_worlds_and_lights(scene):
     """Both emit half of blue, by a menu."""
 

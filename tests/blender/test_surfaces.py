@@ -4,6 +4,8 @@ import bpy
 import numpy as np
 import pytest
 
+from restir_engine.settings import RenderSettings
+from restir_engine.sync.depsgraph import build_scene
 from testing.blender.nodes import add_node
 
 
@@ -101,3 +103,25 @@ def test_emission_that_is_no_number(scene, strength, color, tmp_path):
     plane(scene, material)
     ours, _ = pictures(scene, tmp_path)
     assert np.isfinite(ours).all()
+
+
+@pytest.mark.parametrize("shape", ["SQUARE", "RECTANGLE", "DISK", "ELLIPSE"])
+def test_area_lamps_without_an_area(scene, shape):
+    """Cycles' are black; those of the smallest size are not."""
+    light = bpy.data.lights.new("Light", "AREA")
+    light.shape = shape
+    item = bpy.data.objects.new("Light", light)
+    scene.collection.objects.link(item)
+    plane(scene, None)
+
+    def lamps():
+        return len(build_scene(bpy.context.evaluated_depsgraph_get(), RenderSettings()).lights.lamps)
+
+    assert lamps() == 1
+    light.size = 1e-4
+    assert lamps() == 1
+    light.size = 0.0
+    assert lamps() == 0
+    light.size = 1.0
+    item.scale = (1.0, 0.0, 1.0)
+    assert lamps() == 0

@@ -77,6 +77,12 @@ def value(c, node):
     return {"Value": c.constant(node.outputs[0].default_value)}
 
 
+@node("GeometryNodeInputSceneTime")
+def scene_time(c, node):
+    scene = c.scene
+    return {"Frame": c.constant(scene.time), "Seconds": c.constant(scene.time / scene.frames_per_second)}
+
+
 @node("ShaderNodeRGB")
 def rgb(c, node):
     return {"Color": c.constant(tuple(node.outputs[0].default_value)[:3])}
