@@ -100,7 +100,7 @@ def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
 
 def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> RenderSettings:
     """The settings of a final render of `view_layer` at the scene's current frame."""
-    own = scene.restir
+    own, cycles = scene.restir, getattr(scene, "cycles", None)
     same_name = {
         name: getattr(own, name)
         for name in RenderSettings.__dataclass_fields__
@@ -117,6 +117,8 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             if scene.render.threads_mode == "FIXED" and not own.threads
             else own.threads,
             "film_transparent": scene.render.film_transparent,
+            "film_transparent_glass": getattr(cycles, "film_transparent_glass", False),
+            "film_transparent_roughness": getattr(cycles, "film_transparent_roughness", 0.1),
             "sss_after_diffuse": _sss_after_diffuse(own.sss_after_diffuse),
             "extra_transparent": bpy.app.version < (5, 0, 0),
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,

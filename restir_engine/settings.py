@@ -42,6 +42,8 @@ class RenderSettings:
     pixel_filter: str = "BLACKMAN_HARRIS"  # BOX, GAUSSIAN, BLACKMAN_HARRIS
     filter_width: float = 1.5  # pixels
     film_transparent: bool = False
+    film_transparent_glass: bool = False  # what refracts shows that as well, as long as it is not rougher than this:
+    film_transparent_roughness: float = 0.1
     film_exposure: float = 1.0
     pass_alpha_threshold: float = 0.5
     use_denoising: bool = False

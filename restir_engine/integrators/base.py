@@ -137,6 +137,8 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     r["seed"] = settings.seed & 0x7FFFFFFF
     r["filter_table"] = address(table)
     r["transparent_film"] = settings.film_transparent
+    glass = settings.film_transparent and settings.film_transparent_glass
+    r["seen_through"] = settings.film_transparent_roughness**4 if glass else -1.0
     r["pass_alpha_threshold"] = settings.pass_alpha_threshold
     r["after_diffuse"] = (
         (0 if settings.caustics_reflective else RAY_NO_REFLECTION)

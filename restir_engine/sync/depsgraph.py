@@ -69,6 +69,7 @@ class _Placed:
     random: float = 0.0
     color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     terminator: float = 0.0
+    terminator_frequency: float = 1.0
     culled_by: Culled | None = None
     particles: bool = False
     properties: list[Attribute] = field(default_factory=list)  # one value each
@@ -169,6 +170,7 @@ class _Reader:
             # reference to the object that is instanced.
             color=tuple((instance.parent or item).color),
             terminator=item.shadow_terminator_geometry_offset,
+            terminator_frequency=1.0 / (1.0 - 0.5 * item.shadow_terminator_shading_offset),
             culled_by=self.culling.of(item),
             particles=instance.is_instance and instance.particle_system is not None,
             properties=self._properties(instance),
@@ -267,7 +269,16 @@ class _Reader:
             key=np.where(is_instance, numbered(of_object("key"), self._persistent_ids[chosen]), of_object("key")),
             **{
                 name: of_object(name)
-                for name in ("materials", "n_materials", "seen_by", "flags", "object_index", "color", "terminator")
+                for name in (
+                    "materials",
+                    "n_materials",
+                    "seen_by",
+                    "flags",
+                    "object_index",
+                    "color",
+                    "terminator",
+                    "terminator_frequency",
+                )
             },
         )
         self._attach_attributes(which, chosen)

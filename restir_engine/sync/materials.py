@@ -6,7 +6,7 @@ import logging
 
 import bpy
 
-from ..kernels.core.records import MATERIAL_SUBSURFACE, MATERIAL_VARYING_EMISSION
+from ..kernels.core.records import MATERIAL_BUMP_UNCORRECTED, MATERIAL_SUBSURFACE, MATERIAL_VARYING_EMISSION
 from ..kernels.lobes.nodes import BSDF_NODES, DIFFUSE, MULTI_GGX, NORMAL, TANGENT
 from ..kernels.shading import opcodes as ops
 from ..scene.shaders import Program
@@ -64,6 +64,8 @@ class Materials:
         program.pass_index = material.pass_index
         program.medium_priority = material.restir.medium_priority
         settings = getattr(material, "cycles", None)
+        if not getattr(settings, "use_bump_map_correction", True):
+            program.flags |= MATERIAL_BUMP_UNCORRECTED
         program.emission_sampling = _EMISSION_SAMPLING.get(getattr(settings, "emission_sampling", "AUTO"), 1)
         return program
 

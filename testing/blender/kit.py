@@ -48,12 +48,13 @@ SHAPES: dict[str, Callable] = {
     "plane": lambda bm: bmesh.ops.create_grid(bm, size=1.0, calc_uvs=True),
     "cube": lambda bm: bmesh.ops.create_cube(bm, size=2.0, calc_uvs=True),
     "ball": lambda bm: bmesh.ops.create_uvsphere(bm, u_segments=48, v_segments=24, radius=1.0, calc_uvs=True),
+    "coarse ball": lambda bm: bmesh.ops.create_uvsphere(bm, u_segments=12, v_segments=7, radius=1.0, calc_uvs=True),
     "cylinder": lambda bm: bmesh.ops.create_cone(
         bm, cap_ends=True, segments=48, radius1=1.0, radius2=1.0, depth=2.0, calc_uvs=True
     ),
     "monkey": lambda bm: bmesh.ops.create_monkey(bm, calc_uvs=True),
 }
-SMOOTH = {"ball", "monkey"}
+SMOOTH = {"ball", "coarse ball", "monkey"}
 
 
 def mesh(shape: str, materials=(), smooth: bool | None = None) -> bpy.types.Mesh:

@@ -7,7 +7,7 @@ from ...kernels.film.contribute import class_shares
 from ...kernels.geometry.surface import offset_origin
 from ...kernels.lobes import bsdf_sample
 from ...kernels.lobes.classes import lobe_sum
-from ...kernels.lobes.closure import LABEL_SUBSURFACE, LABEL_TRANSPARENT
+from ...kernels.lobes.closure import LABEL_DIFFUSE, LABEL_SUBSURFACE, LABEL_TRANSMIT, LABEL_TRANSPARENT
 from ...kernels.path.state import DIM_DIRECTION, DIM_LOBE, ENDS, ENTERS, GOES_ON, next_ray, next_state, pass_through
 
 
@@ -32,5 +32,8 @@ def bounce(scene, integrator, path, sp):
     if label & LABEL_SUBSURFACE:
         return ENTERS
     next_ray(path, sp, offset_origin(sp, wi), normalize(wi))
+    sees_behind = path.background_visible > 0 and label & (LABEL_TRANSMIT | LABEL_DIFFUSE) == LABEL_TRANSMIT
     next_state(path, integrator, label, pdf)
+    if sees_behind and sp.sampled_alpha_squared <= integrator.seen_through:
+        path.background_visible = 1
     return GOES_ON

@@ -63,6 +63,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     sp.mesh = placed.mesh
     sp.light = -1
     sp.material = triangle_material(scene, placed, mesh, primitive)
+    sp.terminator_frequency = placed.terminator_frequency
     sp.t = t
     sp.u = u
     sp.v = v

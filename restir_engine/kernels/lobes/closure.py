@@ -144,6 +144,8 @@ def valid_reflection_normal(sp, n):
     4 s z⁴ - 4 (s + c t) z² + (c + t)² = 0, s = a² + c².
     """
     ng, wo = vec(sp.ng), vec(sp.wo)
+    if sp.bump_uncorrected:
+        return n
     if n[0] == ng[0] and n[1] == ng[1] and n[2] == ng[2]:
         return n
     c = dot(wo, ng)
@@ -180,7 +182,7 @@ def bump_shadowing(sp, c, wi, sampled):
     cos_i, cos_n = dot(smooth, wi), dot(smooth, n)
     if cos_i * cos_n * dot(n, wi) < 0.0 and (diffuse or not sampled):
         return 0.0
-    if not diffuse:
+    if not diffuse or sp.bump_uncorrected:
         return 1.0
     cos_i, cos_n = abs(cos_i), abs(cos_n)
     if cos_n >= 1.0 or cos_i >= 1.0:
@@ -190,3 +192,17 @@ def bump_shadowing(sp, c, wi, sampled):
     alpha2 = min(0.125 * (1.0 / (cos_n * cos_n) - 1.0), 1.0)
     tan2 = 1.0 / (cos_i * cos_i) - 1.0
     return 2.0 / (1.0 + math.sqrt(1.0 + alpha2 * tan2))
+
+
+@device
+def terminator_offset(sp, c, wi):
+    """Factor that darkens lobes near the terminator of a smooth mesh, as far as the instance asks for: Appleseed's.
+
+    The cosine of wi becomes that of an angle `terminator_frequency` times as large, and 0 beyond a right one.
+    """
+    frequency = sp.terminator_frequency
+    cosine = dot(vec(c.n), wi)
+    if not frequency > 1.0 or cosine < 0.0:
+        return 1.0
+    angle = frequency * math.acos(min(cosine, 1.0))
+    return math.cos(angle) / cosine if angle < 0.5 * math.pi else 0.0

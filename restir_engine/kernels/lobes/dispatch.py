@@ -4,6 +4,8 @@ A direction is sampled from one closure, chosen by its sampling weight; value an
 (one-sample multiple importance sampling).
 """
 
+import math
+
 from ..core.jit import device
 from ..core.records import closure_at
 from ..core.vec import dot, madd, neg, scale, vec
@@ -35,6 +37,7 @@ from .closure import (
     bump_shadowing,
     is_microfacet,
     pass_class,
+    terminator_offset,
 )
 from .diffuse import diffuse_sample, lambert_eval, oren_nayar_eval
 from .microfacet import microfacet_eval, microfacet_sample
@@ -87,7 +90,7 @@ def _mixture(sp, wi, sampled):
         if p <= 0.0:
             continue
         pdf += p * c.sample_weight
-        shadowing = bump_shadowing(sp, c, wi, i == sampled)
+        shadowing = bump_shadowing(sp, c, wi, i == sampled) * terminator_offset(sp, c, wi)
         r, g, b = r * c.weight[0] * shadowing, g * c.weight[1] * shadowing, b * c.weight[2] * shadowing
         kind = pass_class(c.kind)
         if kind == CLASS_DIFFUSE:
@@ -111,7 +114,7 @@ def bsdf_eval(scene, sp, wi):
         c = closure_at(sp.closures, 0)
         if c.kind == LOBE_LAMBERT:
             pdf = lambert_eval(c, wi, 1.0)
-            value = pdf * bump_shadowing(sp, c, wi, False)
+            value = pdf * bump_shadowing(sp, c, wi, False) * terminator_offset(sp, c, wi)
             r, g, b = value * c.weight[0], value * c.weight[1], value * c.weight[2]
             return Lobes((r, g, b), _NONE, _NONE), pdf
     return _mixture(sp, wi, -1)
@@ -186,7 +189,8 @@ def bsdf_sample(scene, sp, u0, u1, u2):
 
     `value` is the mixture's, by class of lobes, times the absolute cosine, `pdf` its density by solid angle.
     With LABEL_SINGULAR they are of the one lobe: value / pdf is the throughput. Label 0: no sample. So they are with
-    LABEL_SUBSURFACE, which has no direction: `sp.scatterer` is the closure that scatters.
+    LABEL_SUBSURFACE, which has no direction: `sp.scatterer` is the closure that scatters. Where closures were picked
+    from, `sp.sampled_alpha_squared` tells the roughness of the chosen one.
     """
     if sp.n_closures == 1:
         c = closure_at(sp.closures, 0)
@@ -195,12 +199,15 @@ def bsdf_sample(scene, sp, u0, u1, u2):
             pdf = lambert_eval(c, wi, 1.0)
             if dot(vec(sp.ng), wi) <= 0.0 or pdf <= 0.0:
                 return 0, wi, NO_LOBES, 0.0
-            r, g, b = scale(vec(c.weight), pdf * bump_shadowing(sp, c, wi, True))
+            value = pdf * bump_shadowing(sp, c, wi, True) * terminator_offset(sp, c, wi)
+            r, g, b = scale(vec(c.weight), value)
             return LABEL_REFLECT | LABEL_DIFFUSE, wi, Lobes((r, g, b), _NONE, _NONE), pdf
     chosen, probability, u = _pick(sp, u0)
     if chosen < 0:
         return 0, _NONE, NO_LOBES, 0.0
     c = closure_at(sp.closures, chosen)
+    has_alpha = is_microfacet(c.kind) or c.kind == LOBE_THIN_TRANSMISSION
+    sp.sampled_alpha_squared = c.alpha_x * c.alpha_y if has_alpha else math.inf
     if c.kind == LOBE_SUBSURFACE:
         sp.scatterer = chosen
         r, g, b = vec(c.weight)
@@ -211,6 +218,7 @@ def bsdf_sample(scene, sp, u0, u1, u2):
     if label & LABEL_SINGULAR:
         r, g, b = throughput[0] * c.weight[0], throughput[1] * c.weight[1], throughput[2] * c.weight[2]
         if label & LABEL_REFLECT:
+            r, g, b = scale((r, g, b), terminator_offset(sp, c, wi))
             return label, wi, Lobes(_NONE, (r, g, b), _NONE), side * probability
         return label, wi, Lobes(_NONE, _NONE, (r, g, b)), side * probability
     value, pdf = _mixture(sp, wi, chosen)

@@ -4,7 +4,15 @@ import numpy as np
 
 from ..core.jit import Entry, device, entry, inlined
 from ..core.memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
-from ..core.records import MATERIAL_LAMBERT, RAY_NO_LOBES, RAY_SHADOW, material_at, scene_at, shading_point_at
+from ..core.records import (
+    MATERIAL_BUMP_UNCORRECTED,
+    MATERIAL_LAMBERT,
+    RAY_NO_LOBES,
+    RAY_SHADOW,
+    material_at,
+    scene_at,
+    shading_point_at,
+)
 from ..core.vec import LARGEST_RADIANCE, normalize, put, store3_f64, vec
 from ..lobes.closure import LOBE_LAMBERT, add_closure
 from ..lobes.entries import BSDF_ENTRIES, makes_no_lobes
@@ -147,6 +155,7 @@ def shader_eval(scene, sp):
     With one of RAY_NO_LOBES among sp.ray_flags no closures with a BSDF are made.
     """
     material = material_at(scene.materials, sp.material)
+    sp.bump_uncorrected = 1 if material.flags & MATERIAL_BUMP_UNCORRECTED else 0
     if material.flags & MATERIAL_LAMBERT:
         _reset(sp)
         if sp.ray_flags & RAY_NO_LOBES == 0:

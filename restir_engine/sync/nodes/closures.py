@@ -8,6 +8,8 @@ from ...kernels.shading import opcodes as ops
 from .registry import closure
 from .subsurface import choice, medium_inputs, note_subsurface
 
+_THIN_FILM = "Thin Film Thickness"
+
 
 @closure("ShaderNodeMixShader")
 def mix_shader(c, node, weight):
@@ -49,6 +51,10 @@ def bsdf(c, node, weight):
     own = medium_inputs(c, node)
     words = [operand(c, node, item) if item.name not in own else own[item.name] for item in layout.inputs]
     words += [values.get(choice(c, node, attribute), 0) for attribute, values in layout.enums]
+    if any(socket.name == _THIN_FILM for socket in node.inputs) and c.constant_value(c.value(node, _THIN_FILM)) != (
+        0.0,
+    ):
+        c.warn("thin film is left out")
     _analyse(c, node, layout, weight, words)
     c.emit(layout.opcode, weight, *words)
 

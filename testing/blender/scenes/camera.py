@@ -161,6 +161,20 @@ def film_transparent():
     kit.put("cube", kit.diffuse(), (1.6, -1.5, 0.8), 0.4).is_holdout = True
 
 
+@scene(1, 128)
+def transparent_glass():
+    """Glass that is smooth enough shows that there is nothing behind it; rougher glass does not."""
+    kit.floor()
+    kit.put("ball", kit.diffuse((0.8, 0.2, 0.2)), (0.0, 1.0, 0.5), 0.5)
+    kit.world(lambda node: node("Background", Color=(0.6, 0.7, 0.8)))
+    render, cycles = bpy.context.scene.render, bpy.context.scene.cycles
+    render.film_transparent = cycles.film_transparent_glass = True
+    cycles.film_transparent_roughness = 0.2
+    for x, roughness in ((-1.0, 0.0), (0.2, 0.15), (1.4, 0.3)):
+        glass = kit.material(lambda node, roughness=roughness: node("BsdfGlass", Roughness=roughness, IOR=1.2))
+        kit.put("ball", glass, (x, -2.0, 2.0), 0.5)
+
+
 @scene(1)
 def border():
     """A render border with crop, at half the resolution."""

@@ -207,3 +207,34 @@ def sheared():
     for matrix in (shear, mirror, flat):
         kit.transform(kit.put("monkey", clay), matrix)
     kit.lamp()
+
+
+@scene(1)
+def terminator_shading_offset():
+    """Coarse smooth balls of several lobes, whose terminator is softened by as much as each object asks for."""
+    kit.floor()
+    skin = kit.principled(Subsurface_Weight=1.0, Subsurface_Scale=0.05)
+    thin = kit.material(lambda node: node("BsdfTranslucent"))
+    for x, surface in ((-1.8, kit.diffuse()), (-0.6, kit.principled(Metallic=1.0)), (0.6, skin), (1.8, thin)):
+        ball = kit.put("coarse ball", surface, (x, 0.0, 0.6), 0.55)
+        ball.shadow_terminator_shading_offset = 0.3 + 0.2 * abs(x)
+    kit.light("SUN", 3.0, (2.0, 0.5, 2.0), angle=0.1)
+
+
+@scene(2)
+def bump_map_correction():
+    """Strong bumps on diffuse and mirroring surfaces, once with the corrections of Cycles and once without."""
+    kit.floor()
+
+    def bumped(node, kind, **inputs):
+        normal = node("Bump", Height=node("TexNoise", Scale=6.0), Strength=1.0, Distance=1.0)
+        return node(kind, Normal=normal, **inputs)
+
+    for x, corrected in ((-1.0, True), (1.0, False)):
+        rough = kit.material(lambda node: bumped(node, "BsdfDiffuse"))
+        shiny = kit.material(lambda node: bumped(node, "BsdfGlossy", Roughness=0.3))
+        rough.cycles.use_bump_map_correction = shiny.cycles.use_bump_map_correction = corrected
+        kit.put("ball", rough, (x - 0.5, 0.0, 0.5), 0.45)
+        kit.put("ball", shiny, (x + 0.5, 0.0, 0.5), 0.45)
+    kit.lamp()
+    kit.world(lambda node: node("Background", Color=(0.1, 0.15, 0.2)))

@@ -56,6 +56,7 @@ INSTANCE = record(
     ("dupli_uv", 2),
     ("particle", 1),  # particle random, 0 when there is none
     ("terminator", 1),  # cosine below which shadow rays start above smooth triangles, see interaction.shadow_origin
+    ("terminator_frequency", 1),  # above 1: by how much lobes' cosines fall faster, see lobes.closure.terminator_offset
 )
 instance_at = record_at(INSTANCE)
 INSTANCE_MIRRORED = 1  # the matrix has a negative determinant

@@ -52,6 +52,7 @@ INTEGRATOR = record(
     "transparent_path",  # transparent surfaces after which a path may only find light on its ray
     "min_bounces",
     "transparent_film",
+    ("seen_through", 1),  # α_x α_y up to which what refracts shows a transparent film's background; below 0: nothing
     "filter_table",  # float32 [FILTER_TABLE_SIZE], see settings.filter_table
     ("clamp_direct", 1),  # inf: off
     ("clamp_indirect", 1),

@@ -23,6 +23,7 @@ MATERIAL_VARYING_EMISSION = 4  # emission depends on the point or the direction 
 MATERIAL_SUBSURFACE = 16  # may make a LOBE_SUBSURFACE: its meshes have a bottom-level scene
 MATERIAL_BUMPED_EXIT = 32  # its subsurface lobes have normals of their own: light leaves by these
 MATERIAL_MEDIUM = 64  # has a medium inside
+MATERIAL_BUMP_UNCORRECTED = 256  # its bumped normals are taken as they are
 MATERIAL_BOUNDARY = 128  # nothing but the invisible boundary of a medium: rays pass without a bounce
 
 IMAGE = record(
@@ -67,11 +68,14 @@ SHADING_POINT = record(
     "closures",  # address of CLOSURE [MAX_CLOSURES]
     "n_closures",
     "scatterer",  # the closure that bsdf_sample chose with LABEL_SUBSURFACE
+    "bump_uncorrected",  # 1: MATERIAL_BUMP_UNCORRECTED
     "registers",  # address of float64 [MAX_REGISTERS]
     ("t", 1),  # length of the ray that arrived
     ("u", 1),  # barycentric weights of corners 1 and 2 on a triangle; parametric on a light
     ("v", 1),
     ("time", 1),
+    ("terminator_frequency", 1),  # of the INSTANCE
+    ("sampled_alpha_squared", 1),  # of the closure that bsdf_sample chose, α_x α_y; inf: it has no α
     ("p", 3),
     ("error", 1),  # what p and a ray from p may be wrong by in single precision
     ("n", 3),  # shading normal, on the side of wo's geometric side
