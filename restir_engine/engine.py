@@ -34,6 +34,9 @@ class RestirEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True  # Material Preview
     bl_use_shading_nodes_custom = False  # the shader editor shows the nodes that Cycles has
 
+    # Of the render that is going on: without Persistent Data each frame of an animation has an engine of its own.
+    kept = None
+
     def __init__(self, *args, **kwargs) -> None:
         super().__init__(*args, **kwargs)
         self.scene = None
@@ -55,9 +58,17 @@ class RestirEngine(bpy.types.RenderEngine):
             )
             configure_cache()
             from .sync.depsgraph import read_scene
+            from .sync.kept import Kept
 
+            if self.is_preview:
+                self.kept = Kept()
+            elif self.kept is None:
+                RestirEngine.kept = Kept()
+            self.kept.begin((depsgraph.scene.name, depsgraph.scene.frame_current_final))
             # Scene strips of the sequencer have cameras of their own.
-            self.scene = read_scene(depsgraph, self.settings, camera_object=self.camera_override)
+            self.scene = read_scene(
+                depsgraph, self.settings, camera_object=self.camera_override, meshes=self.kept.meshes
+            )
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Render what `update` read."""
@@ -66,7 +77,7 @@ class RestirEngine(bpy.types.RenderEngine):
         with failures_told(self, "The render stopped"):
             from .session import Session
 
-            session = Session(self.scene, self.settings)
+            session = Session(self.scene, self.settings, trees=self.kept.trees)
             self.scene = None
             result = self.begin_result(0, 0, session.film.width, session.film.height, layer=depsgraph.view_layer.name)
             if result is None:
@@ -230,16 +241,31 @@ def configure_cache() -> None:
         cache.configure(bpy.utils.extension_path_user(package, path="kernels", create=True))
 
 
+@bpy.app.handlers.persistent
+def give_up(scene: bpy.types.Scene | None = None, *_) -> None:
+    """Forget what renders have left; after one, unless Persistent Data says that more is to come."""
+    if not isinstance(scene, bpy.types.Scene) or not scene.render.use_persistent_data:
+        RestirEngine.kept = None
+
+
+GIVE_UP_AT = ("render_complete", "render_cancel", "load_pre")
+
+
 def register() -> None:
     """Add the engine and its properties."""
     denoise.configure(denoiser_folders())
     properties.register()
     if not RestirEngine.is_registered:
         bpy.utils.register_class(RestirEngine)
+        for name in GIVE_UP_AT:
+            getattr(bpy.app.handlers, name).append(give_up)
 
 
 def unregister() -> None:
     """Take both away; a scene that uses the engine keeps its name and says that it is missing."""
     if RestirEngine.is_registered:
         bpy.utils.unregister_class(RestirEngine)
+        for name in GIVE_UP_AT:
+            getattr(bpy.app.handlers, name).remove(give_up)
+        give_up()
     properties.unregister()

@@ -51,7 +51,7 @@ class LiveSession:
         self._changed = threading.Condition()
         self._closed = False
         self._history: dict[bool, History] = {}  # by whether in small
-        self._trees = Trees()
+        self._trees = Trees(instanced=True)
         self._committed: tuple[SceneDescription, Scene] | None = None
         self._sessions = 0
         self._thread = threading.Thread(target=self._work, name="restir-live", daemon=True)

@@ -159,7 +159,10 @@ class Session:
         integrator = self._integrator
         threads = self.settings.threads or os.cpu_count() or 1
         with ThreadPoolExecutor(threads, "restir") as pool:
+            began = time.perf_counter()
             finished = self._accumulate(integrator, pool, threads, start, cancelled, on_progress, on_frame)
+        if self._trees is not None:
+            self._trees.rendered(time.perf_counter() - began)
         if self.settings.use_denoising and self.film.samples and not self._cancel.is_set():
             self._report("Denoising", start, on_progress)
             self.denoised = denoise(self.film, self.settings.denoising_quality, self.scene.warnings)

@@ -15,6 +15,7 @@ from .scene.errors import SceneError
 from .settings import RenderSettings
 from .sync.camera import sync_view
 from .sync.depsgraph import read_scene
+from .sync.mesh_cache import MeshCache
 
 log = logging.getLogger(__name__)
 
@@ -29,6 +30,7 @@ class Viewport:
 
     def __init__(self) -> None:
         self._session = LiveSession()
+        self._meshes = MeshCache()
         self._scene = self._settings = self._camera = self._texture = None
         self._count = 0  # of the instances that the scene was read from
         self._shown = None  # the picture in the texture
@@ -49,7 +51,8 @@ class Viewport:
         self._settings, self._count = settings, count
         try:
             self._camera = sync_view(context, depsgraph)
-            self._scene = read_scene(depsgraph, self._settings, self._camera)
+            self._meshes.next_frame()
+            self._scene = read_scene(depsgraph, self._settings, self._camera, meshes=self._meshes)
             self._session.show(self._scene, self._settings, self._camera)
         except SceneError as error:
             self._problem = str(error)

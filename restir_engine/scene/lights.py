@@ -69,8 +69,6 @@ class _Group:
         self.positions[self.primitives] = np.arange(len(primitives), dtype=np.int32)
         self.probabilities = np.zeros(len(mesh.triangles), np.float32)
         self.probabilities[self.primitives] = alias.probabilities
-        for array in (self.primitives, self.alias, self.cumulated, self.positions, self.probabilities):
-            array.flags.writeable = False
         if len(primitives) and self._both.all() and is_closed(mesh.triangles):
             self._both[:] = False  # nobody sees the inside, unless he is in it
 
@@ -110,8 +108,10 @@ class LightTable(Table):
         kinds |= {TRIANGLE} if (scene.shaders.materials["flags"] & rec.MATERIAL_EMITS).any() else set()
         kinds |= {WORLD} if scene.world.material >= 0 else set()
         self._share("entries", light_entries(kinds))
-        for array in (self._table, self.lamps, self.weights, self.first_emitters):
-            array.flags.writeable = False
+        for owner in (self, *(kept for kept in self._kept if not isinstance(kept, np.ndarray))):
+            for array in vars(owner).values():
+                if isinstance(array, np.ndarray):
+                    array.flags.writeable = False
 
     def _share(self, field: str, array: np.ndarray) -> None:
         array.flags.writeable = False

@@ -1,5 +1,6 @@
 """Triangle meshes, as arrays that kernels and Embree read in place."""
 
+import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -43,6 +44,7 @@ class Mesh:
     vertices: np.ndarray
     triangles: np.ndarray
     name: str = ""
+    problem: str = ""  # what of it is left out, and why
     corners: np.ndarray | None = None
     polygons: np.ndarray | None = None
     normals: np.ndarray | None = None
@@ -164,20 +166,22 @@ def clean(mesh: Mesh) -> str:
     return f"{dropped} triangles with invalid vertices (not finite, or not there) are left out"
 
 
-def normals_for(mesh: Mesh, to_object: np.ndarray) -> None:
-    """Scale the normals so that in world space they are of unit length at every corner, and interpolated there.
+def with_normals_for(mesh: Mesh, to_object: np.ndarray) -> Mesh:
+    """The mesh with normals that in world space are of unit length at every corner, and interpolated there.
 
     to_object: (12,) inverse of the matrix of the one instance that shows this mesh. Cycles bakes such a matrix into the
     mesh, which is seen in the shading of objects that are stretched.
     """
     if mesh.normals is None:
-        return
+        return mesh
     inverse = to_object.reshape(3, 4)[:, :3]
     squares = inverse @ inverse.T
     if np.allclose(squares, squares[0, 0] * np.eye(3), rtol=1e-5, atol=1e-5 * abs(squares[0, 0])):
-        return
+        return mesh
     length = np.linalg.norm(mesh.normals @ inverse.astype(np.float32), axis=1, keepdims=True)
-    mesh.normals /= np.where(length > 0.0, length, 1.0)
+    result = copy.copy(mesh)
+    result.normals = mesh.normals / np.where(length > 0.0, length, 1.0)
+    return result
 
 
 def _all_finite(values: np.ndarray) -> bool:

@@ -10,9 +10,13 @@ from ..embree.scenes import MeshScene, Placed
 from .mesh import Mesh, moved
 from .recent import Recent
 
-# Triangles of a mesh that is worth a structure of its own where it stands in the world only once. Smaller ones are
-# built anew into the tree over the world, which is traversed faster than many trees below it.
-LARGE = 50_000
+# Triangles of a mesh that may have a structure of its own where it stands in the world only once. Smaller ones are
+# built anew into the tree over the world.
+LARGE = 100_000
+
+# Seconds by which a triangle lengthens the building of the tree over the world, and by how much rays are slower that
+# have to enter trees below it (4 to 10 %): a long render is done sooner with all triangles in the tree over the world.
+_BUILT, _SLOWER = 0.6e-6, 0.07
 
 _HERE = np.eye(3, 4, dtype=np.float32).ravel()
 
@@ -28,10 +32,14 @@ class _Kept(NamedTuple):
 class Trees:
     """Owner of the bottom-level structures that the scenes of this frame and of the one before have used.
 
-    A mesh is known again by its arrays of vertices and triangles, which do not change once they are committed.
+    A mesh is known again by its arrays of vertices and triangles, which do not change once they are committed. The
+    pictures are the same to the last bit whatever is kept; but for meshes in motion where these are `instanced`.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, instanced: bool = False) -> None:
+        self._instanced = instanced
+        self._rendered = 0.0  # seconds
+        self._large = self._large_before = 0  # triangles of large meshes in the scenes of a frame
         self._own: Recent[_Kept] = Recent()  # structures in object space
         self._standing: Recent[_Kept] = Recent()  # structures in world space
         self._seen: Recent[_Kept] = Recent()
@@ -40,6 +48,11 @@ class Trees:
         """Give up what the last frame did not use."""
         for recent in (self._own, self._standing, self._seen):
             recent.next_frame()
+        self._large, self._large_before = 0, self._large
+
+    def rendered(self, seconds: float) -> None:
+        """Tell how long the last scene was rendered, where what is built is rendered but once."""
+        self._rendered = seconds
 
     def of(self, mesh: Mesh) -> MeshScene:
         """The structure of a mesh in object space."""
@@ -51,17 +64,20 @@ class Trees:
         """A mesh at its only place, float32 (12,).
 
         What is small or seen for the first time goes into the tree over the world. A large mesh that stands where it
-        stood gets a structure in world space, whose hits are the same to the last bit; one that has moved gets the
-        structure of its own.
+        stood gets a structure in world space; one that has moved is instanced if that is wanted.
         """
         if len(mesh.triangles) < LARGE:
             return _in_world(mesh, transform, mask)
+        self._large += len(mesh.triangles)
         shape, place = _shape(mesh), transform.tobytes()
         before = self._seen.get(shape)
         self._seen.put(shape, _Kept(mesh, None, place))
-        if self._own.get(shape) or (before and before.place != place):
+        pays = max(self._large, self._large_before) * _BUILT > self._rendered * _SLOWER
+        if before is None or not pays:
+            return _in_world(mesh, transform, mask)
+        if self._instanced and (before.place != place or self._own.get(shape)):
             return Placed(mask, transform, scene=self.of(mesh))
-        if before is None:
+        if before.place != place:
             return _in_world(mesh, transform, mask)
         standing = self._standing.get(shape)
         if standing is None or standing.place != place:

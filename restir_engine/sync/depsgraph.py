@@ -14,7 +14,7 @@ from ..scene import names
 from ..scene.camera import Camera
 from ..scene.description import SceneDescription
 from ..scene.instances import build_instances, thickened, usable
-from ..scene.mesh import Attribute, attribute_table, normals_for
+from ..scene.mesh import Attribute, attribute_table, with_normals_for
 from ..scene.scene import Scene
 from .camera import sync_camera
 from .culling import Culled, Culling
@@ -23,7 +23,8 @@ from .identity import name_key, numbered
 from .left_out import note_hair, note_object, note_scene
 from .lights import sync_light
 from .materials import Materials
-from .mesh import add_attributes, read_mesh, readable
+from .mesh import readable
+from .mesh_cache import MeshCache
 from .objects import instance_flags, instancer_values, name_random, property_value, rays_that_see
 from .world import sync_world
 
@@ -36,20 +37,23 @@ def build_scene(depsgraph, settings) -> Scene:
     return read_scene(depsgraph, settings).commit()
 
 
-def read_scene(depsgraph, settings, camera: Camera | None = None, camera_object=None) -> SceneDescription:
+def read_scene(
+    depsgraph, settings, camera: Camera | None = None, camera_object=None, meshes: MeshCache | None = None
+) -> SceneDescription:
     """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
 
-    camera, or the object camera_object: who looks, where that is not the scene's camera. Raises SceneError where no
-    picture can come of it.
+    camera, or the object camera_object: who looks, where that is not the scene's camera. meshes: those that
+    earlier frames have read. Raises SceneError where no picture can come of it.
     """
-    scene = SceneDescription()
+    meshes = MeshCache() if meshes is None else meshes
+    scene = SceneDescription(meshes.attribute_names)
     scene.frame = depsgraph.scene.frame_current
     render = depsgraph.scene.render
     scene.time = depsgraph.scene.frame_current_final
     scene.frames_per_second = render.fps / render.fps_base
     scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
     note_scene(depsgraph, scene.warnings)
-    reader = _Reader(scene, depsgraph, settings)
+    reader = _Reader(scene, depsgraph, settings, meshes)
     reader.read()
     sync_world(scene, depsgraph, reader.materials)
     return scene
@@ -83,8 +87,9 @@ _NO_ID = 0x7FFFFFFF  # ends a persistent_id, which goes from the innermost insta
 class _Reader:
     """One walk over the instances of a depsgraph."""
 
-    def __init__(self, scene: SceneDescription, depsgraph, settings) -> None:
+    def __init__(self, scene: SceneDescription, depsgraph, settings, meshes: MeshCache) -> None:
         self.scene = scene
+        self._cache = meshes
         self.depsgraph = depsgraph
         self.settings = settings
         self.view_layer = depsgraph.view_layer
@@ -195,17 +200,16 @@ class _Reader:
 
         Call when the programs of the object's materials are compiled: they name the attributes that are read.
         """
-        index, seen = self._meshes.get(data.as_pointer(), (None, 0))
+        index, asked = self._meshes.get(data.as_pointer(), (None, 0))
+        if index == -1 or asked == len(self.scene.attribute_names):
+            return index
+        with readable(item, data, self.depsgraph) as source:
+            mesh = self._cache.read(self.scene, source, len(item.modifiers) > 0 or data.shape_keys is not None)
         if index is None:
-            with readable(item, data, self.depsgraph) as source:
-                mesh = read_mesh(self.scene, source, len(item.modifiers) > 0 or data.shape_keys is not None)
-            index = -1
-            if mesh is not None:
-                index = len(self.scene.meshes)
-                self.scene.meshes.append(mesh)
-        elif index >= 0 and seen < len(self.scene.attribute_names):
-            with readable(item, data, self.depsgraph) as source:
-                add_attributes(self.scene, self.scene.meshes[index], source)
+            index = -1 if mesh is None else len(self.scene.meshes)
+            self.scene.meshes += [] if mesh is None else [mesh]
+        else:
+            self.scene.meshes[index] = mesh
         self._meshes[data.as_pointer()] = (index, len(self.scene.attribute_names))
         return index
 
@@ -284,7 +288,8 @@ class _Reader:
         self._attach_attributes(which, chosen)
         shown = np.bincount(self.scene.instances["mesh"], minlength=len(self.scene.meshes))
         for instance in self.scene.instances[shown[self.scene.instances["mesh"]] == 1]:
-            normals_for(self.scene.meshes[instance["mesh"]], instance["to_object"])
+            index = instance["mesh"]
+            self.scene.meshes[index] = with_normals_for(self.scene.meshes[index], instance["to_object"])
 
     def _attach_attributes(self, which: np.ndarray, chosen: np.ndarray) -> None:
         """Give the instances their attributes. which: their `_Placed`; chosen: their place in the depsgraph."""

@@ -50,9 +50,9 @@ def read_mesh(scene, data, deformed: bool = True) -> Mesh | None:
     _read_material_slots(mesh, data)
     _read_texture_space(mesh, data, deformed)
     add_attributes(scene, mesh, data)
-    problem = clean(mesh)
-    if problem:
-        scene.warnings.add("Mesh", data.name, problem)
+    mesh.problem = clean(mesh)
+    if mesh.problem:
+        scene.warnings.add("Mesh", data.name, mesh.problem)
     return mesh if len(mesh.triangles) else None
 
 
@@ -135,7 +135,7 @@ def _read_attribute(mesh: Mesh, data, name: str, index: int) -> Attribute | None
 def read_values(attribute) -> np.ndarray | None:
     """All values of a bpy attribute as (n, components); colours are linear; None for types that Cycles leaves out."""
     if attribute.data_type == "BYTE_COLOR":
-        return _byte_colors(attribute.data)
+        return _linear(byte_colors(attribute.data))
     if attribute.data_type not in LAYOUTS:
         return None
     field, dtype, components = LAYOUTS[attribute.data_type]
@@ -148,17 +148,23 @@ def _read(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray:
     return result
 
 
-def _byte_colors(elements) -> np.ndarray:
-    """sRGB bytes to linear floats. Blender converts one by one; bytes that lie in one block are read as such."""
+def byte_colors(elements) -> np.ndarray:
+    """The colours (n, 4) of an attribute of bytes as they lie in memory (sRGB, uint8), else as linear floats."""
     count = len(elements)
     if count == 0:
         return np.zeros((0, 4), np.float32)
     start = elements[0].as_pointer()
     if elements[count - 1].as_pointer() != start + 4 * (count - 1):
         return _read(elements, "color", (count, 4), np.float32)
-    encoded = np.ctypeslib.as_array(ctypes.cast(start, ctypes.POINTER(ctypes.c_uint8)), (count, 4))
-    result = _SRGB[encoded]
-    result[:, 3] = encoded[:, 3] * np.float32(1.0 / 255.0)
+    return np.ctypeslib.as_array(ctypes.cast(start, ctypes.POINTER(ctypes.c_uint8)), (count, 4))
+
+
+def _linear(colors: np.ndarray) -> np.ndarray:
+    """What `byte_colors` gives as linear floats: Blender would convert one by one."""
+    if colors.dtype != np.uint8:
+        return colors
+    result = _SRGB[colors]
+    result[:, 3] = colors[:, 3] * np.float32(1.0 / 255.0)
     return result
 
 

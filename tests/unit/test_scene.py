@@ -151,7 +151,7 @@ def test_what_stands_still_is_built_once_and_looks_the_same_to_the_last_bit(fram
 
 def test_what_moves_is_built_once_and_looks_the_same(frame):
     """Hits of an instance differ in the last bits, so that a few paths go elsewhere."""
-    mesh, trees = Mesh(*sheet(40)), Trees()
+    mesh, trees = Mesh(*sheet(40)), Trees(instanced=True)
     own = []
     for step in range(4):
         place = PLACE + 0.05 * step * np.eye(3, 4, 3)
@@ -163,6 +163,24 @@ def test_what_moves_is_built_once_and_looks_the_same(frame):
         own.append(trees._own.get(kept_trees._shape(mesh)))
     assert own[0] is None and own[1] is not None
     assert all(kept is own[1] for kept in own[1:])
+
+
+def test_final_frames_of_what_moves_are_the_same_to_the_last_bit(frame):
+    """Whatever has been kept, so that a frame of an animation is the one that is rendered alone."""
+    mesh, trees = Mesh(*sheet(40)), Trees()
+    for step in (0, 0, 1, 1, 1, 2):
+        place = PLACE + 0.05 * step * np.eye(3, 4, 3)
+        trees.next_frame()
+        np.testing.assert_array_equal(render(frame(mesh, place, trees)), render(frame(mesh, place, Trees())))
+
+
+def test_nothing_is_kept_for_renders_that_take_longer_than_building(frame):
+    mesh, trees = Mesh(*sheet(40)), Trees()
+    for _ in range(3):
+        trees.next_frame()
+        frame(mesh, PLACE, trees)
+        trees.rendered(60.0)
+    assert trees._standing.get(kept_trees._shape(mesh)) is None
 
 
 def test_another_shape_is_not_taken_for_the_one_before(frame):

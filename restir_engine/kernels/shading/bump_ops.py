@@ -58,7 +58,7 @@ def _map_color(space, c):
 def _unit_normals(mesh, primitive, u, v):
     """The blend of a smooth triangle's normals, each of unit length in object space; zero for a flat triangle.
 
-    A mesh may hold normals of other lengths, see scene.mesh.normals_for; the length of the blend tells how far a
+    A mesh may hold normals of other lengths, see scene.mesh.with_normals_for; the length of the blend tells how far a
     normal map bends it.
     """
     if is_black(object_normal(mesh, primitive, u, v)):
