@@ -12,6 +12,7 @@ from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
 from ..kernels.lights.entries import TRIANGLE, WORLD, light_entries
 from .emitter_tree import EmitterTree, Run, is_closed, morton_order, normals_and_areas, run_length, runs
+from .freeze import freeze
 from .lamp_tree import sphere_tree
 from .lamps import LUMINANCE
 from .table import Table
@@ -108,13 +109,10 @@ class LightTable(Table):
         kinds |= {TRIANGLE} if (scene.shaders.materials["flags"] & rec.MATERIAL_EMITS).any() else set()
         kinds |= {WORLD} if scene.world.material >= 0 else set()
         self._share("entries", light_entries(kinds))
-        for owner in (self, *(kept for kept in self._kept if not isinstance(kept, np.ndarray))):
-            for array in vars(owner).values():
-                if isinstance(array, np.ndarray):
-                    array.flags.writeable = False
+        owners = (self, *(kept for kept in self._kept if not isinstance(kept, np.ndarray)))
+        freeze(*(value for owner in owners for value in vars(owner).values()))
 
     def _share(self, field: str, array: np.ndarray) -> None:
-        array.flags.writeable = False
         self._table[0][field] = address(array)
         self._kept.append(array)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..kernels.core.memory import address
 from ..kernels.core.records import ATTRIBUTE, DOMAIN_POINT, MESH
+from .freeze import freeze
 
 
 @dataclass
@@ -76,10 +77,8 @@ class Mesh:
 
     def freeze(self) -> None:
         """Make all arrays read-only: scenes, acceleration structures and frames to come share them."""
-        optional = (self.normals, self.smooth, self.material_slots)
-        arrays = [self.vertices, self.triangles, self.corners, self.polygons, *(a.values for a in self.attributes)]
-        for array in (*arrays, *(array for array in optional if array is not None)):
-            array.flags.writeable = False
+        freeze(self.vertices, self.triangles, self.corners, self.polygons, [a.values for a in self.attributes])
+        freeze(self.normals, self.smooth, self.material_slots)
 
     def attribute(self, name: int) -> Attribute | None:
         """The attribute of an interned name."""

@@ -12,6 +12,7 @@ from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lobes import lobe_tables
 from ..kernels.shading.interpreter import shader_entries
+from .freeze import freeze
 from .lights import LightTable
 from .mesh import Mesh, attribute_table
 from .world import WorldTable
@@ -41,15 +42,13 @@ class Scene:
         self._kept: list = [*description.instance_attributes, *description.images.arrays]
         for mesh in self.meshes:
             mesh.freeze()
-        for array in (*(table for table, _ in description.instance_attributes), *description.images.arrays):
-            array.flags.writeable = False
+        freeze(description.instance_attributes, description.images.arrays)
         self._commit_geometry(trees)
         self._commit_shading(description.images.records())
         self.media_bounds = self._find_media()
         self.world = self._commit_world(description)
         self.lights = self._commit_lights(description.lights.lamps)
-        for array in (self._table, self.instances, self.material_slots):
-            array.flags.writeable = False
+        freeze(self._table, self.instances, self.material_slots)
         self._committed = True
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -63,7 +62,7 @@ class Scene:
         return self._table[0]
 
     def _share(self, field: str, array: np.ndarray) -> None:
-        array.flags.writeable = False
+        freeze(array)
         self._table[0][field] = address(array)
         self._kept.append(array)
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..kernels.core import records as rec
 from ..kernels.lobes.nodes import DIFFUSE
 from ..kernels.shading.opcodes import END
+from .freeze import freeze
 
 
 @dataclass
@@ -49,9 +50,8 @@ class Shaders:
     tables: np.ndarray
 
     def __post_init__(self) -> None:
-        own = (array for program in self.programs for array in (program.code, program.constants))
-        for array in (self.materials, self.code, self.constants, self.tables, *own):
-            array.flags.writeable = False
+        freeze(self.materials, self.code, self.constants, self.tables)
+        freeze([(program.code, program.constants) for program in self.programs])
 
     def __getitem__(self, index: int) -> Program:
         return self.programs[index]
