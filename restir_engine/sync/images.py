@@ -18,9 +18,9 @@ import numpy as np
 from ..scene.images import srgb_decode
 from .image_headers import FileAlpha, file_alpha
 from .multilayer import first_layer
+from .working_space import REC709, working_space
 
 _ENCODED = "sRGB"
-_LINEAR = "Linear Rec.709"
 _RAW = "Non-Color"
 # Files whose encoded values Blender turns into scene-linear floats when they have more than 8 bits: Cycles does not.
 _ENCODED_FLOATS = ("PNG", "TIFF", "JPEG2000")
@@ -234,9 +234,9 @@ def _pixels(source, image, path: str | None) -> tuple[np.ndarray, np.ndarray | N
             values[..., :3] *= values[..., 3:]
         return _finite(values), None
     name = image.colorspace_settings.name
-    as_it_is = image.colorspace_settings.is_data or name == _LINEAR
+    as_it_is = image.colorspace_settings.is_data or name == working_space()
     associate = _to_associate(image, False, path)
-    if not as_it_is and not (name == _ENCODED and _works_in_rec709()):
+    if not as_it_is and not (name == _ENCODED and working_space() == REC709):
         return _converted(values, name, associate, _unassociates(image)), None
     decode = None if as_it_is else srgb_decode()
     if not encoded:
@@ -298,12 +298,6 @@ def _fill_channels(source, count: int) -> np.ndarray | None:
     if channels in (2, 4):
         values[:, 3] = given[:, -1]
     return values.ravel()
-
-
-def _works_in_rec709() -> bool:
-    """Whether scene-linear colours are those of Rec.709 (the file can choose from Blender 5 on)."""
-    colorspace = getattr(bpy.data, "colorspace", None)
-    return getattr(colorspace, "working_space", _LINEAR) == _LINEAR
 
 
 def _to_scene_linear(values: np.ndarray, name: str) -> np.ndarray:

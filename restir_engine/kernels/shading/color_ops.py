@@ -211,7 +211,10 @@ def _curve(tables, registers, code, at, components):
 
 @device
 def _blackbody(tables, registers, code, at):
-    """Fitted linear Rec. 709 colour of a black body. Rows of the table: end temperature, r (3), g (3), b (4)."""
+    """Fitted linear Rec. 709 colour of a black body, below 0 where it is outside of these primaries.
+
+    Rows of the table: end temperature, r (3), g (3), b (4).
+    """
     table = tables + 4 * load_i32(code, at + 1)
     t = max(number(registers, code, at + 2), 800.0)
     row = 0
@@ -222,7 +225,7 @@ def _blackbody(tables, registers, code, at):
     blue = (load_f32(table, base + 6) * t + load_f32(table, base + 7)) * t + load_f32(table, base + 8)
     red = r[0] / t + r[1] * t + r[2]
     green = g[0] / t + g[1] * t + g[2]
-    return (max(red, 0.0), max(green, 0.0), max(blue * t + load_f32(table, base + 9), 0.0))
+    return (red, green, blue * t + load_f32(table, base + 9))
 
 
 @device

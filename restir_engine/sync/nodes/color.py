@@ -101,9 +101,7 @@ def invert(c, node):
 
 @node("ShaderNodeRGBToBW")
 def rgb_to_bw(c, node):
-    out = c.allocate(1)
-    c.emit(ops.LUMINANCE, out, c.vector(node, "Color"))
-    return {"Val": out}
+    return {"Val": c.luminance(c.vector(node, "Color"))}
 
 
 def _separate(c, node, mode: str, source: str, outputs: tuple[str, ...]) -> dict[str, int]:
@@ -151,16 +149,27 @@ def combine_hsv(c, node):
     return _combine(c, node, "HSV", ("H", "S", "V"), "Color")
 
 
+def blackbody_color(c, temperature: int) -> int:
+    """The colour of a black body of a temperature in kelvin, by the file's primaries."""
+    return _positive(c, _one(c, ops.BLACKBODY, c.table(BLACKBODY_FITS), temperature)["Color"])
+
+
+def _positive(c, rec709: int) -> int:
+    """A linear Rec. 709 colour by the file's primaries, without what lies outside them."""
+    zero = c.constant((0.0, 0.0, 0.0))
+    return _one(c, ops.MATH3, ops.MATH_OPERATIONS.index("MAXIMUM"), c.of_rec709(rec709), zero, zero)["Color"]
+
+
 @node("ShaderNodeBlackbody")
 def blackbody(c, node):
-    return _one(c, ops.BLACKBODY, c.table(BLACKBODY_FITS), c.value(node, "Temperature"))
+    return {"Color": blackbody_color(c, c.value(node, "Temperature"))}
 
 
 @node("ShaderNodeWavelength")
 def wavelength(c, node):
-    lookup, zero = c.allocate(3), c.constant((0.0, 0.0, 0.0))
+    lookup = c.allocate(3)
     c.emit(ops.SPLAT, lookup, c.value(node, "Wavelength"))
     table, one = c.table(wavelength_colors()), c.constant(1.0)
     limits = (c.constant(limit) for limit in WAVELENGTHS)
     c.emit(ops.CURVES, lookup, table, len(wavelength_colors()), 0, one, lookup, *limits)
-    return _one(c, ops.MATH3, ops.MATH_OPERATIONS.index("MAXIMUM"), lookup, zero, zero)
+    return {"Color": _positive(c, lookup)}

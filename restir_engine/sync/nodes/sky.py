@@ -64,11 +64,11 @@ def sky_texture(c, node):
             brightness = HOSEK_BRIGHTNESS
         table = c.table(sky.preetham(tuple(node.sun_direction), node.turbidity, brightness))
         c.emit(ops.SKY, out, vector, -1, table, kinds.PERCEPTUAL)
-        return {"Color": out}
+        return {"Color": c.of_rec709(out)}
     atmosphere = _atmosphere(node)
     pixels, parameters = _dome(atmosphere, node.sky_type)
     # By node, so that a sun that is dragged about replaces its sky.
     index = c.scene.images.add(("sky", c.kind, c.name, node.id_data.name, node.name), pixels)
     kind = kinds.HALF_DOME if node.sky_type == "NISHITA" else kinds.FULL_DOME
     c.emit(ops.SKY, out, vector, index, c.table(parameters), kind)
-    return {"Color": out}
+    return {"Color": c.of_rec709(out)}

@@ -7,8 +7,10 @@ import re
 from contextlib import contextmanager
 
 import bpy
+import numpy as np
 
 from ...kernels.shading import opcodes as ops
+from ..working_space import from_rec709, luminance_weights
 from .assembler import Assembler
 from .fallback import unsupported_node
 from .registry import NODES, UNLINKED
@@ -223,18 +225,45 @@ class ValueCompiler(Assembler):
             return register if kind == INT else self._truncated(self._convert(register, kind, FLOAT))
         if (kind in NUMBERS) == (wanted == FLOAT):
             return register
+        if wanted == FLOAT and kind == COLOR:
+            return self.luminance(register)
         if wanted == FLOAT:
-            opcode = ops.LUMINANCE if kind == COLOR else ops.AVERAGE
+            opcode = ops.AVERAGE
             known = self.constant_value(register, 3)
             if known is not None:
-                weights = (0.2126729, 0.7151522, 0.0721750) if kind == COLOR else (1 / 3, 1 / 3, 1 / 3)
-                return self.constant(sum(a * b for a, b in zip(known, weights, strict=True)))
+                return self.constant(sum(known) / 3.0)
         else:
             opcode = ops.SPLAT
             known = self.constant_value(register)
             if known is not None:
                 return self.constant(known * 3)
         return self._cached(("as", opcode, register), lambda: self._emit_conversion(opcode, register, wanted))
+
+    def luminance(self, register: int) -> int:
+        """The register of a colour's luminance, by the primaries of the file."""
+        known = self.constant_value(register, 3)
+        weights = luminance_weights()
+        if known is not None:
+            return self.constant(sum(a * b for a, b in zip(known, weights, strict=True)))
+        if from_rec709() is None:
+            return self._cached(("luminance", register), lambda: self._emit_conversion(ops.LUMINANCE, register, FLOAT))
+
+        def weigh() -> int:
+            out, dot = self.allocate(3), ops.VECTOR_OPERATIONS.index("DOT_PRODUCT")
+            zero = self.constant((0.0, 0.0, 0.0))
+            self.emit(ops.VECTOR_MATH, out, dot, register, self.constant(weights), zero, self.constant(1.0))
+            return out
+
+        return self._cached(("luminance", register), weigh)
+
+    def of_rec709(self, register: int) -> int:
+        """The register of a linear Rec. 709 colour as one of the file's primaries."""
+        matrix = from_rec709()
+        if matrix is None:
+            return register
+        out = self.allocate(3)
+        self.emit(ops.AFFINE, out, register, self.constant(tuple(np.column_stack([matrix, np.zeros(3)]).ravel())))
+        return out
 
     def _truncated(self, register: int) -> int:
         """A number without its fraction."""

@@ -6,9 +6,9 @@ from ...kernels.shading import opcodes as ops
 from ...kernels.subsurface.parameters import ANY_SIGN, METHODS, POSITIVE
 from ...kernels.volume import phase as phases
 from .closures import add_shader, mix_shader
+from .color import blackbody_color
 from .generic import menu_switch_shader
 from .registry import inside, volume
-from .spectra import BLACKBODY_FITS
 from .subsurface import choice, medium_inputs
 
 # Phase functions by the identifier in the nodes: kind and the inputs it reads.
@@ -54,8 +54,7 @@ def volume_principled(c, node, weight):
     blackbody, temperature = c.value(node, "Blackbody Intensity"), c.value(node, "Temperature")
     color = c.one
     if c.constant_value(blackbody) != (0.0,):
-        color = c.allocate(3)
-        c.emit(ops.BLACKBODY, color, c.table(BLACKBODY_FITS), temperature)
+        color = blackbody_color(c, temperature)
     c.emit(
         ops.VOLUME_PRINCIPLED,
         weight,
