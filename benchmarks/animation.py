@@ -1,6 +1,6 @@
 """What is read and built again where little has changed: an object moves among a million triangles that stand still.
 
-`python -m benchmarks.animation [--frames 50] [--no-view]` prints for each frame and view layer, then for edits as the
+`python -m benchmarks.animation [--frames 50]` prints for each frame and view layer, then for edits as the
 3D view has them, the seconds that reading and committing take, what structures are built of, and the memory in use.
 """
 
