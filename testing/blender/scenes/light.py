@@ -72,7 +72,7 @@ def area_spread():
         kit.light("AREA", 6, (x, -0.8, 2.6), (x, 0, 0), spread=math.radians(degrees), shape=shape, **size)
 
 
-@scene(1)
+@scene(1, 128)
 def mesh_lights():
     subject()
 
