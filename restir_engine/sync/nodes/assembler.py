@@ -100,30 +100,20 @@ class Assembler:
         sizes: dict[int, int] = {}
         for block in self._blocks:
             sizes[block] = sizes.get(block, 0) + 1
-        used = np.zeros(MAX_REGISTERS, bool)
-        used[: len(self._constants)] = True
+        used = bytearray(MAX_REGISTERS)  # 1 where a register is taken
+        used[: len(self._constants)] = b"\1" * len(self._constants)
         places: dict[int, int] = {}
         expiring: dict[int, list[int]] = {}
         for block, start in sorted(first.items(), key=lambda item: item[1]):
             for time in [time for time in expiring if time < start]:
                 for old in expiring.pop(time):
-                    used[places[old] : places[old] + sizes[old]] = False
+                    used[places[old] : places[old] + sizes[old]] = bytes(sizes[old])
             size = sizes[block]
-            place = _first_gap(used, size)
+            place = used.find(bytes(size))
             if place < 0 or len(self._constants) > MAX_REGISTERS:
                 raise TooManyRegisters
-            used[place : place + size] = True
+            used[place : place + size] = b"\1" * size
             expiring.setdefault(last[block], []).append(block)
             for component in range(size):
                 places[block + component] = place + component
         return places
-
-
-def _first_gap(used: np.ndarray, size: int) -> int:
-    """Start of the first run of `size` free registers, -1 without one."""
-    run = 0
-    for index, taken in enumerate(used.tolist()):
-        run = 0 if taken else run + 1
-        if run == size:
-            return index - size + 1
-    return -1

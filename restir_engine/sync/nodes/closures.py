@@ -6,6 +6,7 @@ from ...kernels.lobes import BSDF_NODES
 from ...kernels.lobes import nodes as lobes
 from ...kernels.shading import opcodes as ops
 from .registry import closure
+from .sockets import find_socket
 from .subsurface import choice, medium_inputs, note_subsurface
 
 _THIN_FILM = "Thin Film Thickness"
@@ -60,7 +61,7 @@ def bsdf(c, node, weight):
 
 
 def operand(c, node, item) -> int:
-    name = next((n for n in (item.name, *item.alternates) if any(s.name == n for s in node.inputs)), None)
+    name = next((n for n in (item.name, *item.alternates) if find_socket(node.inputs, n) is not None), None)
     if name is None:
         return c.constant(item.missing if item.components == 1 else (item.missing,) * 3)
     if item.default != lobes.VALUE and not c.is_linked(node, name):

@@ -22,11 +22,19 @@ def kind_of(socket: bpy.types.NodeSocket) -> str | None:
     return _KINDS.get(socket.type)
 
 
+# Where a socket of this identifier was found among so many: nodes of a type have it at the same place.
+_places: dict[tuple[str, int], int] = {}
+
+
 def find_socket(sockets, name: str) -> bpy.types.NodeSocket | None:
     """The socket with this identifier (even one that a mode hides), else the first enabled one with this name."""
+    place = _places.get((name, len(sockets)), -1)
+    if place >= 0 and sockets[place].identifier == name:
+        return sockets[place]
     by_name = None
-    for socket in sockets:
+    for index, socket in enumerate(sockets):
         if socket.identifier == name:
+            _places[name, len(sockets)] = index
             return socket
         if socket.name == name and by_name is None and socket.enabled:
             by_name = socket
