@@ -27,8 +27,8 @@ class ReuseSettings:
     light_samples: int = _option(
         2,
         "Light Samples",
-        "Light samples at the first surface for each sample of a pixel, each with its own shadow ray. Measured at "
-        "equal time: 4 are better than 2 with hundreds of lights, 1 with a few",
+        "Light samples at the first surface for each sample of a pixel, each with its own shadow ray. Measured: 4 "
+        "instead of 2 leave 0.85 to 0.95 of the noise and take 1.3 times as long",
         min=1,
         soft_max=8,
         max=64,
@@ -37,8 +37,8 @@ class ReuseSettings:
     exit_lights: int = _option(
         4,
         "Subsurface Light Samples",
-        "Light samples where light leaves a surface after scattering below it, each with its own shadow ray. More "
-        "lower the noise of skin and wax under many lights or soft shadows",
+        "Light samples where light leaves a surface after scattering below it, each with its own shadow ray. Measured: "
+        "4 instead of 1 leave 0.93 of the variance of skin, more gain little",
         min=1,
         soft_max=16,
         max=64,
@@ -47,16 +47,17 @@ class ReuseSettings:
     rounds: int = _option(
         0,
         "Spatial Reuse",
-        "How many times each pixel takes light samples from its neighbors. 0 turns it off. Measured: less noise in "
-        "the first few samples of the 3D view; in final renders more light samples do better at equal time",
+        "How many times each pixel takes light samples from its neighbors. 0 turns it off. Measured: with temporal "
+        "reuse 0.8 to 0.9 of the noise for a third more time; without, no less noise",
         max=4,
         panel=True,
     )
     temporal: bool = _option(
         False,
         "Temporal Reuse",
-        "Each sample takes over light samples from the one before. Measured: half the noise or less in the first "
-        "frames of a moving view; in final renders more noise, because samples become copies of each other",
+        "Each sample takes over light samples from the one before. Measured in a moving view: a quarter of the noise "
+        "under hundreds of small glowing objects, twice the noise under hundreds of colored lamps. In final renders "
+        "more noise, because samples become copies of each other",
         panel=True,
     )
     neighbours: int = _option(3, "Neighbors", "Pixels that a pixel takes samples from in each round", min=1, max=12)
@@ -159,8 +160,7 @@ def options_table() -> str:
     for f in fields(ReuseSettings):
         option = OPTIONS[f.name]
         name = f"**`{f.name}`**" if option.panel else f"`{f.name}`"
-        text = f"{option.label}. {option.text}"
-        lines.append(f"| {name} | {f.default} | {text}{'' if option.choices else '.'} |")
+        lines.append(f"| {name} | {f.default} | {option.label}. {option.text}. |")
         lines += [f"| · `{choice}` | | {label}. {about}. |" for choice, label, about in option.choices]
     return "\n".join(lines)
 

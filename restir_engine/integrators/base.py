@@ -22,6 +22,7 @@ from ..kernels.core.records import (
     SCENE_HAS_SUBSURFACE,
     SCRATCH_BYTES,
 )
+from ..kernels.subsurface.irradiance_cache import merge
 from ..kernels.subsurface.method_table import ANALOG_ESCAPE, CYCLES_BURLEY, EXACT_WALKS, OVERFLOWS, THICKNESS_AWARE
 from ..kernels.subsurface.methods import scatter_entries
 from ..kernels.subsurface.probe import MAX_HITS
@@ -95,7 +96,7 @@ class Integrator:
 
     def prepare(self) -> None:
         """Compile the kernels, or load them from the cache, so that the first stage starts at once."""
-        load(self.kernels())
+        load(self.kernels() + ([merge] if self.cache else []))
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a batch of samples."""

@@ -25,7 +25,6 @@ class IrradianceCache:
         for index, value in header.items():
             self._header[index] = value
         self.watch(pixels)
-        self.merge()  # compiles, or loads from the cache
 
     @property
     def address(self) -> int:
