@@ -60,7 +60,7 @@ class Integrator:
 
     `stages(first_sample, samples)` are the steps that add these samples to every pixel of the film, of which only the
     last one writes to it; `max_batch` is how many samples they can take at once. `history` is what the integrator of
-    the next frame of a sequence may resample, None where nothing is: that of an integrator of the same class.
+    the next frame of a sequence may resample, and is given to its constructor; None where nothing is resampled.
     """
 
     max_batch = 1 << 30
@@ -79,7 +79,7 @@ class Integrator:
         self._scatter = _scatter_table(scene, settings, self.cache)
         self._media = media_entries(scene.record["flags"])
         self.record[0]["scatter"], self.record[0]["media"] = address(self._scatter), address(self._media)
-        self.context, self.film, self.history = context, film, history
+        self.context, self.film, self.history = context, film, None
         self._warnings = scene.warnings
         if "Visibility Estimate" in settings.passes and not carries_visibility(settings):
             text = "the pass is empty: it needs the integrator ReSTIR, its shadows reused or estimated"

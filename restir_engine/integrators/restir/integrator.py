@@ -45,7 +45,8 @@ class RestirIntegrator(Integrator):
             history = History(options)
         count = tile_count(film.width * film.height)
         tiles = LightTiles(context.scene, count, candidates=options.light_candidates)
-        super().__init__(context.with_tiles(tiles), settings, film, history)
+        super().__init__(context.with_tiles(tiles), settings, film)
+        self.history = history
         self.reuse = Reuse(options, direct_technique(options))
         self.frame = self._new_frame()
         self._seed = settings.seed
