@@ -12,7 +12,7 @@ from restir_engine.kernels.geometry.attributes import attribute, generated
 from restir_engine.kernels.geometry.intersect import occluded
 from restir_engine.kernels.geometry.surface import offset_origin, shadow_origin, surface_point
 from restir_engine.scene.instances import build_instances, inverse, usable
-from restir_engine.scene.mesh import Attribute, Mesh, clean, moved
+from restir_engine.scene.mesh import Attribute, Mesh, attribute_table, clean, moved
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 IDENTITY = np.eye(4)[:3].reshape(1, 12)
@@ -45,8 +45,10 @@ class Small:
     """A SCENE record of a few meshes and instances without anything else."""
 
     def __init__(self, meshes, instances, slots=(0,)):
-        self.keep = [meshes, instances]
-        self.meshes = np.array([mesh.record() for mesh in meshes], rec.MESH)
+        tables = [attribute_table(mesh.attributes) for mesh in meshes]
+        self.keep = [meshes, instances, tables]
+        records = [mesh.record(table) for mesh, table in zip(meshes, tables, strict=True)]
+        self.meshes = np.array(records, rec.MESH)
         self.instances = instances
         self.slots = np.array(slots, np.int32)
         self.scene = np.zeros(1, rec.SCENE)
