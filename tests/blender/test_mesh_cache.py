@@ -35,6 +35,9 @@ def stage():
     bpy.ops.mesh.primitive_cube_add(location=(3.0, 0.0, 0.0))
     plain = bpy.context.object
     plain.name = plain.data.name = "Plain"
+    plain.data.polygons.foreach_set("use_smooth", np.arange(6) > 0)
+    plain.data.edges[5].use_edge_sharp = True  # so that normals are of corners, whatever is changed
+    plain.data.update()
     for item, name in ((rich, "paint"), (plain, "bytes")):
         item.data.materials.append(asking_for(name))
         item.data.materials.append(None)
@@ -148,18 +151,16 @@ def modifier_added(rich, plain):
     plain.modifiers.new("Bevel", "BEVEL").width = 0.1
 
 
-def smooth(rich, plain):
-    plain.data.polygons.foreach_set("use_smooth", np.ones(6, bool))
-    plain.data.update()
+def face_flattened(rich, plain):
+    plain.data.polygons[1].use_smooth = False
 
 
 def sharp_edge(rich, plain):
-    smooth(rich, plain)
-    plain.data.edges[2].use_edge_sharp = True
+    for edge in plain.data.edges:
+        edge.use_edge_sharp = not edge.use_edge_sharp
 
 
 def custom_normals(rich, plain):
-    smooth(rich, plain)
     plain.data.normals_split_custom_set([(0.0, 0.6, 0.8)] * len(plain.data.loops))
 
 
@@ -195,7 +196,6 @@ def basis_moved(rich, plain):
 
 
 def stretched(rich, plain):
-    smooth(rich, plain)
     plain.scale = (1.0, 2.0, 0.5)
 
 
@@ -237,7 +237,7 @@ def moved(rich, plain):
 
 CHANGES = (
     keyed_shape, armature, driver, material_index, other_material, uv_edited, uv_map_added, attribute_edited,
-    color_edited, attribute_added, tangents_asked, modifier_changed, modifier_added, smooth, sharp_edge,
+    color_edited, attribute_added, tangents_asked, modifier_changed, modifier_added, face_flattened, sharp_edge,
     custom_normals, vertex_moved, sign_turned, faces_turned, topology, bad_vertices, texture_space, basis_moved,
     stretched, swapped, removed, duplicated, copied, edit_mode, renamed, moved,
 )  # fmt: skip
