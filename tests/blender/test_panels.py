@@ -118,13 +118,20 @@ def test_every_material_setting_is_shown(scene, ui):
 
 
 def test_settings_come_from_properties_one_to_one(scene):
-    """Every field of RenderSettings is set by a property, and every property sets a field."""
+    """Every field of RenderSettings is set by a property, Blender's or ours, and every one of ours sets a field."""
     from restir_engine.properties import RestirSceneSettings, render_settings
     from restir_engine.settings import RenderSettings
 
     fields = set(RenderSettings.__dataclass_fields__)
     own = set(RestirSceneSettings.__annotations__)
-    assert fields - own == {"film_transparent", "pass_alpha_threshold", "passes", "extra_transparent"}
+    assert fields - own == {
+        "film_transparent",
+        "film_transparent_glass",
+        "film_transparent_roughness",
+        "pass_alpha_threshold",
+        "passes",
+        "extra_transparent",
+    }
     assert own - fields == {"use_animated_seed", "is_initialized", "preview_samples", "preview_sss_method"}
     scene.restir.clamp_direct, scene.restir.pixel_filter, scene.restir.seed = 3.0, "BOX", 5
     scene.render.film_transparent, scene.frame_current = True, 4
