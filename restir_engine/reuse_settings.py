@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass, field, fields
 
 from .options import Option
@@ -154,16 +155,24 @@ class ReuseSettings:
 OPTIONS: dict[str, Option] = {f.name: f.metadata["option"] for f in fields(ReuseSettings)}
 
 
-def options_table() -> str:
-    """The options as a table in Markdown, for docs/restir.md."""
-    lines = ["| `scene.restir.reuse` | default | what it does |", "|---|---|---|"]
+def options_list() -> str:
+    """The options as a list in Markdown, for docs/restir.md."""
+    lines = []
     for f in fields(ReuseSettings):
         option = OPTIONS[f.name]
         name = f"**`{f.name}`**" if option.panel else f"`{f.name}`"
-        lines.append(f"| {name} | {f.default} | {option.label}. {option.text}. |")
-        lines += [f"| · `{choice}` | | {label}. {about}. |" for choice, label, about in option.choices]
+        lines += _item("- ", f"{name} = {f.default}. *{option.label}*: {option.text}.")
+        for choice, label, about in option.choices:
+            lines += _item("  - ", f"`{choice}` (*{label}*): {about}.")
     return "\n".join(lines)
 
 
+def _item(bullet: str, text: str) -> list[str]:
+    return textwrap.wrap(
+        text, 118, initial_indent=bullet, subsequent_indent=" " * len(bullet), break_on_hyphens=False,
+        break_long_words=False,
+    )  # fmt: skip
+
+
 if __name__ == "__main__":
-    print(options_table())
+    print(options_list())
