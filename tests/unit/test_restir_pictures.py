@@ -142,15 +142,15 @@ def test_weights_keep_the_mean(kind, lit):
 
 
 def test_weights_by_confidence_are_told(lit):
-    """1/M in place of MIS weights, the error that all of the above have to find."""
-    assert told(*lit("all"), **reusing(SPATIAL | {"mis": "CONFIDENCE"}))[0] is Verdict.DIFFERENT
+    """1/M in place of MIS weights, which all of the above have to find."""
+    assert told(*lit("all"), **reusing(KINDS["disk"] | {"mis": "CONFIDENCE"}))[0] is Verdict.DIFFERENT
 
 
 @pytest.mark.deep
 def test_weights_by_confidence_darken(lit):
-    """1/M in place of MIS weights, the error that all of the above have to find."""
+    """1/M in place of MIS weights, which all of the above have to find."""
     scene, reference = lit("all")
-    off, error, _ = compare(direct(scene, **reusing(SPATIAL | {"mis": "CONFIDENCE"})), reference)
+    off, error, _ = compare(direct(scene, **reusing(KINDS["disk"] | {"mis": "CONFIDENCE"})), reference)
     assert off[3] < -4.0 * error[3] and off[3] < -0.01
 
 
