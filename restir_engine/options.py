@@ -32,19 +32,19 @@ _SSS_METHODS = (
         "From Material",
         "Diffusion for Christensen–Burley, random walks for all others: what Cycles shows",
     ),
-    ("RANDOM_WALK", "Random Walk", "Right for every shape and length, and the slowest"),
+    ("RANDOM_WALK", "Random Walk", "Correct for every shape and length, and the slowest"),
     (
         "HYBRID",
         "Hybrid",
         "Traces light that passes straight through or scatters once; what scatters more often is diffusion that knows "
-        "how thick the object is. Within 2 % of random walks on average, up to 18 % too dark where a lamp shines "
+        "how thick the object is. Within 2 % of random walks on average, up to 24 % too dark where a lamp shines "
         "through a dense body from behind",
     ),
     (
         "DIFFUSION",
         "Diffusion",
-        "Goes by the distance of two surface points alone. Right on thick bodies; under even light 20 % too dark on "
-        "bodies of 20 mean free paths, 50 % on those of five",
+        "Only the distance between two surface points counts. Under even light thin bodies are too dark: those of 20 "
+        "mean free paths by 20 %, those of 5 by 50 %",
     ),
 )
 
@@ -56,15 +56,15 @@ def _bounces(label: str, text: str) -> Option:
 SCENE_OPTIONS: dict[str, Option] = {
     "integrator": Option(
         "Integrator",
-        "How light is found. Both give the same picture, with different noise at the same time",
+        "How light is found. Both give the same picture; in the same time their noise differs",
         choices=(
             ("PATH", "Path Tracing", "Each path from the camera on its own: the reference"),
-            ("RESTIR", "ReSTIR", "The first surfaces choose their direct light from many light samples"),
+            ("RESTIR", "ReSTIR", "Light samples are chosen from many points on all lights"),
         ),
     ),
     "samples": Option(
         "Samples",
-        "Paths traced for each pixel of a final render. Half the noise takes four times as many",
+        "Paths traced for each pixel of a final render. Four times as many have half the noise",
         min=1,
         soft_max=4096,
         max=1 << 24,
@@ -98,8 +98,8 @@ SCENE_OPTIONS: dict[str, Option] = {
     "transmission_bounces": _bounces("Transmission", "Most times that light passes through glass"),
     "volume_bounces": _bounces(
         "Volume",
-        "Most times that light is scattered inside volumes, seen directly or through glass. 0 is once, by direct light "
-        "only",
+        "Most times that light is scattered inside volumes, seen directly or through glass. 0: it scatters once, lit "
+        "directly",
     ),
     "transparent_bounces": _bounces("Transparent", "Most transparent surfaces that a ray passes through"),
     "min_bounces": _bounces(
@@ -139,14 +139,14 @@ SCENE_OPTIONS: dict[str, Option] = {
     ),
     "cycles_burley_kernel": Option(
         "Cycles' Christensen–Burley",
-        "Weigh distances as Cycles does. That makes curved surfaces too bright: a sphere of 20 scattering lengths by "
-        "2 %, one of 5 by 12 %",
+        "Weigh distances as Cycles does. That makes curved surfaces too bright: a sphere whose radius is 20 scattering "
+        "lengths by 2 %, one of 5 by 12 %",
     ),
     "exact_walks": Option(
         "Exact Walks",
-        "Random walks without three approximations of Cycles: they end after 256 steps (3 % darker at an albedo of "
-        "0.93), scatter evenly after the ninth (up to 3.5 % brighter at an anisotropy of 0.8), and simplify colors "
-        "below 0.05 (7 % brighter at 0.02). Slower where colors are almost white",
+        "Leave out three approximations of Cycles' random walks: ending after 256 steps (3 % darker at an albedo of "
+        "0.93), scattering evenly from the tenth on (up to 3 % brighter at an anisotropy of 0.8), simpler colors below "
+        "0.05 (7 % brighter at 0.02). Slower where colors are almost white",
     ),
     "sss_thickness_aware": Option(
         "Thickness",
@@ -155,8 +155,7 @@ SCENE_OPTIONS: dict[str, Option] = {
     ),
     "sss_analog_escape": Option(
         "Short Rays",
-        "Let light that scattered once leave by chance in Hybrid. Rays are shorter and the picture noisier; the "
-        "brightness is the same",
+        "Hybrid: light that scattered once leaves at random. Shorter rays, more noise, the same brightness",
     ),
     "sss_irradiance_cache": Option(
         "Irradiance Cache",
@@ -166,14 +165,14 @@ SCENE_OPTIONS: dict[str, Option] = {
     ),
     "sss_after_diffuse": Option(
         "After Diffuse",
-        "What becomes of subsurface scattering that is seen after a diffuse bounce",
+        "How subsurface materials look after a diffuse bounce",
         choices=(
             (
                 "AS_CYCLES",
                 "As Cycles",
                 "Like Cycles in this Blender: diffuse for Christensen–Burley; before Blender 5.0 for all methods",
             ),
-            ("ALWAYS", "Scatter", "Light scatters below the surface on every bounce: slower, and right"),
+            ("ALWAYS", "Scatter", "Light scatters below the surface on every bounce: slower, and correct"),
             (
                 "DIFFUSE",
                 "Diffuse",
@@ -185,8 +184,8 @@ SCENE_OPTIONS: dict[str, Option] = {
     ),
     "sss_max_scatters": Option(
         "Max Scatters",
-        "For comparisons: most times that light scatters inside a random walk. After one more it is absorbed, so the "
-        "picture gets darker. 0 is unlimited, -1 is only light that passes straight through",
+        "For comparisons: most times that light scatters inside a random walk. Light that would scatter more often is "
+        "lost. 0 is unlimited, -1 is only light that passes straight through",
         min=-1,
         soft_max=256,
         max=1 << 20,
@@ -206,7 +205,11 @@ SCENE_OPTIONS: dict[str, Option] = {
     "filter_width": Option(
         "Width", "Width of the pixel filter. A larger one is softer", min=0.01, soft_max=4.0, max=10.0, unit="PIXEL"
     ),
-    "threads": Option("Threads", "Processor threads that a render uses. 0 is all that the machine has", max=1024),
+    "threads": Option(
+        "Threads",
+        "Processor threads that a render uses. 0: all that the machine has, or as many as Blender is set to",
+        max=1024,
+    ),
 }
 
 VIEW_LAYER_OPTIONS: dict[str, Option] = {
@@ -224,8 +227,8 @@ VIEW_LAYER_OPTIONS: dict[str, Option] = {
     "use_pass_visibility": Option(
         "Visibility Estimate",
         "Deliver how much of the light samples at the first surfaces is visible, from 0 (in shadow) to 1, by color "
-        "channel. Alpha is the share of samples that found a light. Needs the integrator ReSTIR with shadows that are "
-        "reused or estimated",
+        "channel. Alpha is the share of samples that found a light. Needs the integrator ReSTIR and "
+        "scene.restir.reuse.visibility = REUSED or ESTIMATED, which scripts can set",
         default=False,
     ),
     "use_pass_denoising": Option(
@@ -239,7 +242,7 @@ MATERIAL_OPTIONS: dict[str, Option] = {
     "entry": Option(
         "Entry",
         "How light enters the material. With diffuse entry the color that was set is the color that is seen; with "
-        "refraction it is darker, dark channels by a fifth",
+        "refraction it is darker: 0.5 looks like 0.45",
         choices=(
             (
                 "METHOD",
@@ -272,7 +275,7 @@ MATERIAL_OPTIONS: dict[str, Option] = {
     "mean_free_path": Option(
         "Mean Free Path",
         "How far light of each color goes inside the material on average before it hits something. A channel of 0 is "
-        "diffuse",
+        "an ordinary diffuse surface",
         soft_max=10.0,
         unit="LENGTH",
         default=(0.01, 0.005, 0.0025),

@@ -28,8 +28,8 @@ class ReuseSettings:
     light_samples: int = _option(
         2,
         "Light Samples",
-        "Light samples at the first surface for each sample of a pixel, each with its own shadow ray. Measured: 4 "
-        "instead of 2 leave 0.85 to 0.95 of the noise and take 1.3 times as long",
+        "Light samples at the first surface for each sample of a pixel. Measured: 4 instead of 2 leave 0.85 to 0.95 of "
+        "the variance and take 1.3 times as long",
         min=1,
         soft_max=8,
         max=64,
@@ -38,8 +38,8 @@ class ReuseSettings:
     exit_lights: int = _option(
         4,
         "Subsurface Light Samples",
-        "Light samples where light leaves a surface after scattering below it, each with its own shadow ray. Measured: "
-        "4 instead of 1 leave 0.93 of the variance of skin, more gain little",
+        "Random walks: light samples where light leaves the first surface after scattering below it. Measured: 4 "
+        "instead of 1 leave 0.93 of the variance of skin, more gain little",
         min=1,
         soft_max=16,
         max=64,
@@ -49,23 +49,23 @@ class ReuseSettings:
         0,
         "Spatial Reuse",
         "How many times each pixel takes light samples from its neighbors. 0 turns it off. Measured: with temporal "
-        "reuse 0.8 to 0.9 of the noise for a third more time; without, no less noise",
+        "reuse 0.8 to 0.9 of the variance for a third more time; without temporal reuse it does not help",
         max=4,
         panel=True,
     )
     temporal: bool = _option(
         False,
         "Temporal Reuse",
-        "Each sample takes over light samples from the one before. Measured in a moving view: a quarter of the noise "
-        "under hundreds of small glowing objects, twice the noise under hundreds of colored lamps. In final renders "
-        "more noise, because samples become copies of each other",
+        "Each sample reuses light samples of the one before. Measured in a moving view: a quarter of the variance "
+        "under hundreds of small glowing objects, twice the variance under hundreds of colored lamps. It raises the noise of "
+        "final renders, because samples become copies of each other",
         panel=True,
     )
     neighbours: int = _option(3, "Neighbors", "Pixels that a pixel takes samples from in each round", min=1, max=12)
     pattern: str = _option(
         "PAIRS",
         "Pattern",
-        "Which pixels these are",
+        "Which pixels spatial reuse takes samples from",
         choices=(
             ("DISK", "Disk", "Any, at random within the radius"),
             (
@@ -76,15 +76,17 @@ class ReuseSettings:
             ),
         ),
     )
-    radius: float = _option(8.0, "Radius", "How far away they may be", min=1.0, soft_max=64.0, unit="PIXEL")
-    min_cosine: float = _option(0.5, "Normals", "Least cosine between their normals and the pixel's own", max=1.0)
+    radius: float = _option(8.0, "Radius", "How far away the neighbors may be", min=1.0, soft_max=64.0, unit="PIXEL")
+    min_cosine: float = _option(
+        0.5, "Normals", "Smallest cosine between the normals of a pixel and its neighbor", max=1.0
+    )
     max_depth: float = _option(
-        0.1, "Depth", "Most that they may lie off the pixel's tangent plane, as a share of the distance", max=1.0
+        0.1, "Depth", "How far a neighbor may lie off the pixel's tangent plane, relative to its distance", max=1.0
     )
     confidence_cap: float = _option(
         20.0,
         "History",
-        "How many samples the frames before count for at most, beside one new sample",
+        "How many samples history may count for at most, against one new sample",
         min=1.0,
         soft_max=40.0,
         max=1000.0,
@@ -94,11 +96,11 @@ class ReuseSettings:
         "MIS Weights",
         "How samples from several pixels are weighed against each other",
         choices=(
-            ("BALANCE", "Balance", "Each against all: least noise, most time"),
+            ("BALANCE", "Balance", "Each against all others: the most time"),
             ("PAIRWISE", "Pairwise", "Each against the pixel's own"),
             ("DEFENSIVE", "Defensive Pairwise", "The same, with a share that is always the pixel's own"),
-            ("CONTRIBUTION", "Contribution", "Only the one chosen is weighed: more noise"),
-            ("CONFIDENCE", "1/M (biased)", "Not at all. Measured: darker by 2 to 9 %"),
+            ("CONTRIBUTION", "Contribution", "Balance for the sample that is chosen alone: more noise"),
+            ("CONFIDENCE", "1/M (biased)", "By confidence alone. Measured: darker by 2 to 9 %"),
         ),
     )
     visibility: str = _option(
@@ -106,14 +108,18 @@ class ReuseSettings:
         "Shadows",
         "When shadow rays are traced",
         choices=(
-            ("TARGET", "For Each Choice", "Samples are chosen by whether their light arrives"),
-            ("SHADED", "At the End", "For what is shaded in the end"),
-            ("REUSED", "Reused (biased)", "Samples that stay in their pixel keep their shadow. Measured: below 0.5 %"),
+            ("TARGET", "For Each Choice", "A shadow ray for every sample that is considered"),
+            ("SHADED", "At the End", "Reuse ignores shadows: rays are traced for new samples, and for what is shaded"),
+            (
+                "REUSED",
+                "Reused (biased)",
+                "Samples that stay in their pixel keep their shadow. Measured: a bias below 0.5 %",
+            ),
             (
                 "ESTIMATED",
                 "Estimated (biased)",
                 "The same, averaged over all that were resampled: less noise, but colors of lights leak at edges of "
-                "shadows. Measured: darker by 0.8 %, and by 9 % in single pixels",
+                "shadows. Measured: darker by 0.5 %; single pixels are wrong by 9 %",
             ),
         ),
     )
@@ -121,7 +127,7 @@ class ReuseSettings:
         0.0,
         "Near Shadows (biased)",
         "Where shadows are reused or estimated, those of neighbors closer than this are taken as they are. 0 is off. "
-        "Measured at 8 pixels: below 0.3 %",
+        "Measured at 8 pixels: a bias below 0.3 %",
         soft_max=16.0,
         unit="PIXEL",
     )
@@ -129,24 +135,25 @@ class ReuseSettings:
         False,
         "Discard Shadowed (biased)",
         "New samples in shadow are thrown away although neighbors might see their light. Less noise, but darker. "
-        "Measured: by 2 to 6 %",
+        "Measured: by 2 to 6 %. Has no effect with shadows For Each Choice",
     )
     by_channel: bool = _option(
         False,
         "Each Channel Apart",
-        "Red, green and blue have samples of their own: three times the work, and colors do not leak",
+        "Red, green and blue have samples of their own: three times the work, and much less noise of color under "
+        "colored lamps",
     )
     history_target: str = _option(
         "BEFORE",
         "History's Scene",
-        "Whose lights and shadows the frame before is weighed by",
+        "Which scene's lights and shadows weigh the frame before",
         choices=(
             ("BEFORE", "Its Own", "The scene as it was"),
             (
                 "NOW",
                 "The New One (biased)",
                 "The scene as it is now: saves shadow rays through the old one. Within a still image both are the "
-                "same. Measured, with lights and shadows that move: wrong by 7 %",
+                "same. Measured, with lights and shadows that move: 7 % too bright",
             ),
         ),
     )
