@@ -57,8 +57,8 @@ class ReuseSettings:
         False,
         "Temporal Reuse",
         "Each sample reuses light samples of the one before. Measured in a moving view: a quarter of the variance "
-        "under hundreds of small glowing objects, twice the variance under hundreds of colored lamps. It raises the noise of "
-        "final renders, because samples become copies of each other",
+        "under hundreds of small glowing objects, twice the variance under hundreds of colored lamps. It raises the "
+        "noise of final renders, because samples become copies of each other",
         panel=True,
     )
     neighbours: int = _option(3, "Neighbors", "Pixels that a pixel takes samples from in each round", min=1, max=12)
