@@ -106,7 +106,8 @@ class LightTable(Table):
             self._table[0][name] = share
         kinds = set(self.lamps["kind"].tolist())
         # Light that is not sampled is found by rays, and reservoirs keep it.
-        kinds |= {TRIANGLE} if (scene.shaders.materials["flags"] & rec.MATERIAL_EMITS).any() else set()
+        of_surfaces = scene.shaders.materials["flags"][scene.material_slots]
+        kinds |= {TRIANGLE} if (of_surfaces & rec.MATERIAL_EMITS).any() else set()
         kinds |= {WORLD} if scene.world.material >= 0 else set()
         self._share("entries", light_entries(kinds))
         owners = (self, *(kept for kept in self._kept if not isinstance(kept, np.ndarray)))
