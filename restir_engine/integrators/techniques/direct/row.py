@@ -11,7 +11,12 @@ from .visibility import merge_visibility, shade_light
 
 
 def direct_technique(settings: ReuseSettings) -> np.ndarray:
-    """Its TECHNIQUE record (1,); compiles the entries that the settings need, or loads them from the cache."""
+    """Its TECHNIQUE record (1,); compiles the entries that the settings need, or loads them from the cache.
+
+    Where nothing is reused there are none.
+    """
+    if not (settings.temporal or settings.rounds):
+        return technique_row(DIRECT)
     entries = {"shift": shift_light, "target": target_light, "variate": light_control_variate}
     if settings.visibility != "TARGET":
         entries["shade"] = shade_light
