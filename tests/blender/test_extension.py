@@ -34,6 +34,8 @@ def extension(repository):
     bpy.context.scene.render.engine = "RESTIR"
     yield sys.modules[NAME]
     addon_utils.disable(NAME, default_set=True)
+    if engine is not None:
+        engine.register()  # for the tests that come later in this process
 
 
 def traces() -> list[str]:

@@ -16,7 +16,8 @@ from ..base import Integrator, Stage, Tile
 from ..resampling.frame import Frame
 from ..resampling.history import History
 from ..resampling.reuse import Reuse
-from ..techniques.direct.candidates import LAST, LAST_OF_FRAME, candidates_tile
+from ..techniques.direct.candidates import candidates_tile
+from ..techniques.direct.groups import LAST, LAST_OF_FRAME
 from ..techniques.direct.row import direct_technique
 from ..techniques.direct.sample import DIRECT_RESERVOIR
 from ..techniques.direct.visibility import visibility_of
