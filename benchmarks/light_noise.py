@@ -20,7 +20,6 @@ from testing.blender import kit, render
 from testing.blender.registry import Scene
 
 SIZE, SAMPLES, SEEDS, BOUNCES = (128, 72), 16, 6, 4
-BLACK = 0.0
 
 
 def things(skin: bool = False) -> None:
@@ -37,7 +36,7 @@ def things(skin: bool = False) -> None:
 
 
 def dark() -> None:
-    kit.world(lambda node: node("Background", Strength=BLACK))
+    kit.world(lambda node: node("Background", Strength=0.0))
 
 
 def sky(strength: float) -> None:

@@ -15,7 +15,6 @@ from .emitter_tree import triangles_bring
 from .select import lamps_bring
 
 _FLAT = 0.3  # the part that goes by the root
-LAMPS, TRIANGLES, WORLD = 0, 1, 2
 
 
 @device
