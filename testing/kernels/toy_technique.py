@@ -9,9 +9,9 @@ import math
 import numpy as np
 
 from restir_engine.context import FrameContext
-from restir_engine.integrators.resampling.candidates import point_at, store_light
 from restir_engine.integrators.resampling.frame import FRAME, Frame, frame_at
 from restir_engine.integrators.resampling.history import Before, History
+from restir_engine.integrators.resampling.inputs import point_at, store_light
 from restir_engine.integrators.resampling.options import REUSE
 from restir_engine.integrators.resampling.reservoir import clear, reservoir_at, reservoir_dtype
 from restir_engine.integrators.resampling.reuse import Reuse

@@ -26,17 +26,17 @@ from .mis import (
 MAX_CANDIDATES = 16
 # Columns of a row, float64: confidence; contribution weight W |T'| of the shifted sample; its target p̂(y);
 # resampling weight w = m p̂ W |T'|; from there on p̂_{←j}(y) for each candidate j.
-_CONFIDENCE, _CONTRIBUTION, _TARGET, _WEIGHT, _FROM = range(5)
+_CONFIDENCE, _CONTRIBUTION_WEIGHT, _TARGET, _WEIGHT, _FROM = range(5)
 _COLUMNS = _FROM + MAX_CANDIDATES
 TABLE_BYTES = 8 * _COLUMNS * MAX_CANDIDATES
 
 
 @inlined
-def put_candidate(table, i, confidence, contribution, target):
+def put_candidate(table, i, confidence, contribution_weight, target):
     """Row i: a shifted sample y with W |T'| and p̂(y). Its other columns are those of a sample alone in its domain."""
     row = _COLUMNS * i
     store_f64(table, row + _CONFIDENCE, confidence)
-    store_f64(table, row + _CONTRIBUTION, contribution)
+    store_f64(table, row + _CONTRIBUTION_WEIGHT, contribution_weight)
     store_f64(table, row + _TARGET, target)
     store_f64(table, row + _WEIGHT, 0.0)
     store_f64(table, row + _FROM, target)
@@ -63,10 +63,10 @@ def weight_of(table, i):
 
 
 @inlined
-def contribution_of(table, i):
+def contribution_weight_of(table, i):
     """W |T'| of candidate i where it counts: 0 where its target is."""
     row = _COLUMNS * i
-    return load_f64(table, row + _CONTRIBUTION) if load_f64(table, row + _TARGET) > 0.0 else 0.0
+    return load_f64(table, row + _CONTRIBUTION_WEIGHT) if load_f64(table, row + _TARGET) > 0.0 else 0.0
 
 
 @inlined
@@ -124,7 +124,7 @@ def weigh(table, n, kind):
     total = 0.0
     for i in range(n):
         row = _COLUMNS * i
-        weight = load_f64(table, row + _TARGET) * load_f64(table, row + _CONTRIBUTION)
+        weight = load_f64(table, row + _TARGET) * load_f64(table, row + _CONTRIBUTION_WEIGHT)
         if weight > 0.0:
             weight *= mis_weight(table, n, kind, i)
         else:

@@ -9,7 +9,8 @@ from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined, kernel
 from ...kernels.core.records import INTEGRATOR, SCENE
 from ...kernels.core.vec import vec
-from .candidates import (
+from .frame import FRAME
+from .inputs import (
     WORK_TABLE,
     domain_of,
     point_at,
@@ -20,12 +21,11 @@ from .candidates import (
     reservoirs_of,
     shifted_of,
 )
-from .frame import FRAME
 from .mis import BALANCE
 from .neighbours import disk_neighbour, similar
 from .options import PAIRS, REUSE
 from .pairing import block_of, pair_mask
-from .resample import MAX_CANDIDATES, contribution_of, needs_from, put_from
+from .resample import MAX_CANDIDATES, contribution_weight_of, needs_from, put_from
 from .reservoir import RESERVOIR_BYTES, clear, reservoir_at
 from .technique import NOW, SHIFTED_BYTES, copy_shifted, domain_at, set_domain, shift, target_from
 
@@ -105,7 +105,7 @@ def _put_neighbours(frame, reuse, scratch, start, x, y, key, count):
             put_shifted(scratch, n, at, float(reservoir_at(at, 0).confidence))
             n += 1
     # PAIRWISE and DEFENSIVE: what the pixel's own sample is worth to its neighbours.
-    if needs_from(reuse.mis, 0, 1) and contribution_of(scratch + WORK_TABLE, 0) > 0.0:
+    if needs_from(reuse.mis, 0, 1) and contribution_weight_of(scratch + WORK_TABLE, 0) > 0.0:
         for j in range(1, n):
             put_from_domain(reuse, scratch, 0, j)
     return n
@@ -146,7 +146,7 @@ def _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0
         if x0 <= px < x1 and y0 <= py < y1:
             theirs = _pairs_of(pairs, count, px, py, x0, y0, x1) + SHIFTED_BYTES * index
             put_from(scratch + WORK_TABLE, 0, n, target_from(theirs))
-        elif contribution_of(scratch + WORK_TABLE, 0) > 0.0:  # the pair's other half is another tile's
+        elif contribution_weight_of(scratch + WORK_TABLE, 0) > 0.0:  # the pair's other half is another tile's
             put_from_domain(reuse, scratch, 0, n)
         n += 1
     return n
@@ -156,7 +156,7 @@ def _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0
 def _put_targets(reuse, scratch, n):
     """What the sample of each neighbour is worth to the others."""
     for i in range(1, n):
-        if contribution_of(scratch + WORK_TABLE, i) > 0.0:
+        if contribution_weight_of(scratch + WORK_TABLE, i) > 0.0:
             for j in range(1, n):
                 if i != j:
                     put_from_domain(reuse, scratch, i, j)

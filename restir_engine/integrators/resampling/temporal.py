@@ -11,7 +11,8 @@ from ...kernels.core.memory import record_address
 from ...kernels.core.records import CAMERA, INTEGRATOR, SCENE
 from ...kernels.core.vec import vec
 from ...kernels.path.state import FAR
-from .candidates import (
+from .frame import FRAME
+from .inputs import (
     WORK_TABLE,
     domain_of,
     point_at,
@@ -23,12 +24,11 @@ from .candidates import (
     reservoirs_of,
     shifted_of,
 )
-from .frame import FRAME
 from .mis import BALANCE, CONTRIBUTION
 from .motion import MOTION, pixel_before, place_before
 from .neighbours import similar
 from .options import OF_NOW, REUSE
-from .resample import contribution_of, needs_from
+from .resample import contribution_weight_of, needs_from
 from .reservoir import RESERVOIR_BYTES, clear, reservoir_at
 from .technique import BEFORE, NOW, domain_at, set_domain, shift
 
@@ -76,7 +76,7 @@ def temporal_tile(
                 shift(reuse, domain_of(scratch, 1), domain_of(scratch, 0), at, shifted_of(scratch, 1))
                 put_shifted(scratch, 1, at, min(float(reservoir_at(at, 0).confidence), reuse.confidence_cap))
                 n = 2
-                if needs_from(kind, 0, 1) and contribution_of(scratch + WORK_TABLE, 0) > 0.0:
+                if needs_from(kind, 0, 1) and contribution_weight_of(scratch + WORK_TABLE, 0) > 0.0:
                     if reuse.history_target == OF_NOW:
                         set_domain(then, scene, integrator, before, links, reuse, scratch, NOW)
                     put_from_domain(reuse, scratch, 0, 1)

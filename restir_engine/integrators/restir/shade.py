@@ -22,8 +22,8 @@ from ...kernels.path.state import ARRIVES, COUNTED, GOES_ON
 from ...kernels.volume.calls import media_around
 from ..path.scatter import bounce
 from ..path.trace import trace_path
-from ..resampling.candidates import load_light
 from ..resampling.frame import FRAME, UNTRACED, hit_at
+from ..resampling.inputs import load_light
 from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS
 
 

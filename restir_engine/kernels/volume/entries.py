@@ -17,7 +17,7 @@ from ..core.vec import vec
 from ..geometry.surface import offset_origin
 from .segment import follow_segment
 from .stack import cross
-from .through import find_media, trace_shadow
+from .through import find_media, shadow_through_media
 
 
 @entry
@@ -52,7 +52,7 @@ def _cross(scene, integrator, film, scratch, _):
 @entry
 def _shadow(scene, integrator, film, scratch, sp):
     path = path_in(scratch)
-    trace_shadow(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, shading_point_at(sp, 0))
+    shadow_through_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, shading_point_at(sp, 0))
 
 
 # In the order of calls.BEGIN …

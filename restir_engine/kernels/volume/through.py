@@ -39,7 +39,7 @@ def cross_at(scene, integrator, scratch, media, sp):
 
 
 @device
-def trace_shadow(scene, integrator, scratch, path, sp):
+def shadow_through_media(scene, integrator, scratch, path, sp):
     """Fill `transmittance` of the scratch's SHADOW: through media and surfaces that let light through."""
     ray = shadow_at(scratch + SCRATCH_SHADOW, 0)
     o = vec(ray.o)

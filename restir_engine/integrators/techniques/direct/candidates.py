@@ -24,8 +24,8 @@ from ....kernels.lights import light_sample, point_of_sample
 from ....kernels.lights.mean_visibility import FIRST, mean_visibility
 from ....kernels.lobes import bsdf_has_eval
 from ....kernels.path.direct import lit_bsdf
-from ...resampling.candidates import point_at
 from ...resampling.frame import FRAME, UNTRACED, hit_at
+from ...resampling.inputs import point_at
 from ...resampling.options import TARGET, reuse_at
 from .bsdf_ray import bsdf_candidate
 from .groups import close_group, settle, start_groups

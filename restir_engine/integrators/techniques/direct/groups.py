@@ -12,7 +12,7 @@ from ....kernels.core.vec import max3, put, vec
 from ....kernels.lights import light_point
 from ....kernels.lights.mean_visibility import FIRST, learn
 from ....kernels.lobes.classes import NO_LOBES, lobe_add, lobe_scale, lobes_of, put_lobes
-from ...resampling.candidates import reservoirs_of, store_light
+from ...resampling.inputs import reservoirs_of, store_light
 from ...resampling.options import TARGET, reuse_at
 from ...resampling.reservoir import accept, clear, contribution_weight, reservoir_at
 from .sample import DIRECT, direct_reservoir_at, keep

@@ -20,8 +20,8 @@ from ....kernels.lobes.classes import NO_LOBES, lobe_scale, lobe_sum
 from ....kernels.path.direct import control_variate_class, lit_bsdf
 from ....kernels.path.shadow import light_visibility
 from ....kernels.volume.calls import media_around
-from ...resampling.candidates import point_at
 from ...resampling.frame import frame_at
+from ...resampling.inputs import point_at
 from ...resampling.options import TARGET, reuse_at
 from ...resampling.technique import domain_at, shifted_at, store_f
 from .sample import direct_reservoir_at, keep
@@ -99,7 +99,7 @@ def target_light(domain, shifted, a, b, c):
 
 
 @device
-def trace_shadow(domain, shifted):
+def trace_visibility(domain, shifted):
     """V of a shifted sample in a domain, by a shadow ray."""
     _integrand_at(domain, shifted)
     return _trace(domain)
@@ -114,7 +114,7 @@ def light_control_variate(domain, shifted, a, b, c):
 
 @inlined
 def brightness(reuse, rgb):
-    """p̂ of a contribution: its channels by REUSE.weights; light that is taken away counts as much as light given."""
+    """p̂ of light: its channels by REUSE.weights; light that is taken away counts as much as light given."""
     return reuse.weights[0] * abs(rgb[0]) + reuse.weights[1] * abs(rgb[1]) + reuse.weights[2] * abs(rgb[2])
 
 

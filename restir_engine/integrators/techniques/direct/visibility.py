@@ -15,7 +15,7 @@ from ...resampling.options import REUSED, reuse_at
 from ...resampling.resample import weight_of
 from ...resampling.technique import SHIFTED_BYTES, domain_at, load_f, store_f
 from .sample import SEEN, direct_reservoir_at, keep
-from .target import trace_shadow
+from .target import trace_visibility
 
 
 @device
@@ -23,7 +23,7 @@ def known_visibility(domain, shifted):
     """V̄ of a shifted sample, by a shadow ray where it is not known."""
     r = direct_reservoir_at(shifted, 0)
     if r.flags & SEEN == 0:
-        keep(r, trace_shadow(domain, shifted))
+        keep(r, trace_visibility(domain, shifted))
     return vec(r.visibility)
 
 

@@ -1,4 +1,4 @@
-"""The candidates of a pixel in working memory, and what comes of them: what temporal and spatial reuse share.
+"""The inputs of a resampling step in working memory, and what comes of them: what temporal and spatial reuse share.
 
 Candidate i has a row in the table of `resample`, a domain, and its sample shifted to the pixel. Candidate 0 is the
 pixel's own; its domain is the one resampled for.
