@@ -1,4 +1,4 @@
-"""The demo scene: a still life on an oak table by candlelight and the light of a window.
+"""A still life on an oak table by candlelight and the light of a window.
 
 `build()` makes everything from the tables below through bpy: no file but one of Blender's own HDRIs. Lengths are
 metres; profiles are (radius, height) in centimetres.
@@ -6,18 +6,13 @@ metres; profiles are (radius, height) in centimetres.
 
 import math
 import random
-from pathlib import Path
 
 import bpy
 from mathutils import Vector, noise
 
+from .modelling import box, develop, interior, look, material, mesh_object, subsurface, turned
 
-def subsurface(weight: float, radius: tuple[float, float, float], scale: float) -> dict:
-    """Inputs of Principled: the share of light that goes below the surface, and its mean free paths in metres."""
-    return {"Subsurface Weight": weight, "Subsurface Radius": radius, "Subsurface Scale": scale}
-
-
-# Materials: inputs of Principled by name, and what varies over the surface: a pattern (see `PATTERNS`) with the
+# Materials: inputs of Principled by name, and what varies over the surface: a pattern (`modelling.PATTERNS`) with the
 # colours it runs through, its scale by axis, and the strength of the bump it gives.
 # fmt: off
 MATERIALS = {
@@ -51,17 +46,6 @@ MATERIALS = {
     "Flame": ({"Base Color": "000000", "Emission Color": "ffb259", "Emission Strength": 180.0}, None),
     "Wick": ({"Base Color": "0a0806", "Roughness": 0.9}, None),
 }
-
-# Patterns: texture node, its settings by input name.
-PATTERNS = {
-    "grain": ("ShaderNodeTexNoise", {"Scale": 4.0, "Detail": 9.0, "Roughness": 0.62, "Distortion": 0.7}),
-    "cloud": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 6.0, "Roughness": 0.6, "Distortion": 0.3}),
-    "fine": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 2.0, "Roughness": 0.6}),
-    "peel": ("ShaderNodeTexNoise", {"Scale": 1.0, "Detail": 2.0, "Roughness": 0.4}),
-    "hammer": ("ShaderNodeTexVoronoi", {"Scale": 1.0, "Randomness": 0.8}),
-}
-
-HDRI_TURN, HDRI_STRENGTH = 250.0, 1.3  # degrees; factor on the HDRI's radiance
 
 # Turned objects: profile, material, place. A point written twice makes a sharp edge.
 VASE = [(0, 0), (4.6, 0), (4.6, 0), (5.2, 0.8), (8.6, 7), (9.6, 12.5), (7.6, 18.5), (3.6, 23), (2.9, 26), (4.3, 29.2),
@@ -113,89 +97,10 @@ def build(width: int = 960, height: int = 640) -> bpy.types.Scene:
     book(materials)
     grapes(materials)
     stems(materials["Stem"])
-    window_light(scene)
-    camera(scene)
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
-    scene.view_settings.view_transform = "AgX"
-    scene.view_settings.look = "AgX - Medium High Contrast"
-    scene.view_settings.exposure = 0.0
+    interior(scene, turn=250.0, strength=1.3)
+    look(scene, (0.05, -1.42, 0.42), (0.015, 0.0, 0.098), focus=(0.03, -0.10, 0.06), lens=70.0, fstop=4.0)
+    develop(scene, width, height)
     return scene
-
-
-def rgba(code: str) -> tuple[float, float, float, float]:
-    """Scene-linear colour of an sRGB hex code."""
-    channels = [int(code[i : i + 2], 16) / 255 for i in (0, 2, 4)]
-    return (*[c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels], 1.0)
-
-
-def material(name: str, inputs: dict, pattern: tuple | None) -> bpy.types.Material:
-    """A Principled material from one row of `MATERIALS`."""
-    result = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0, 0):
-        result.use_nodes = True
-    nodes, links = result.node_tree.nodes, result.node_tree.links
-    principled = next(node for node in nodes if node.bl_idname == "ShaderNodeBsdfPrincipled")
-    for key, value in inputs.items():
-        principled.inputs[key].default_value = rgba(value) if isinstance(value, str) else value
-    if pattern is None:
-        return result
-    kind, colours, scale, strength = pattern
-    coordinates, mapping = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMapping")
-    texture, ramp = nodes.new(PATTERNS[kind][0]), nodes.new("ShaderNodeValToRGB")
-    mapping.inputs["Scale"].default_value = scale
-    for key, value in PATTERNS[kind][1].items():
-        texture.inputs[key].default_value = value
-    for i, colour in enumerate(colours):
-        position = 0.28 + 0.44 * i / (len(colours) - 1)
-        element = ramp.color_ramp.elements[i] if i < 2 else ramp.color_ramp.elements.new(position)
-        element.position, element.color = position, rgba(colour)
-    links.new(coordinates.outputs["Object"], mapping.inputs["Vector"])
-    links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
-    links.new(texture.outputs[0], ramp.inputs["Fac"])
-    links.new(ramp.outputs["Color"], principled.inputs["Base Color"])
-    if strength:
-        bump = nodes.new("ShaderNodeBump")
-        bump.inputs["Strength"].default_value, bump.inputs["Distance"].default_value = strength, 0.002
-        links.new(texture.outputs[0], bump.inputs["Height"])
-        links.new(bump.outputs["Normal"], principled.inputs["Normal"])
-    return result
-
-
-def mesh_object(name, vertices, edges, faces, surface, location=(0, 0, 0), rotation=(0, 0, 0)) -> bpy.types.Object:
-    """A smooth object of the scene from lists of vertices, edges and faces."""
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(vertices, edges, faces)
-    mesh.materials.append(surface)
-    mesh.shade_smooth()
-    result = bpy.data.objects.new(name, mesh)
-    result.location, result.rotation_euler = location, rotation
-    bpy.context.scene.collection.objects.link(result)
-    return result
-
-
-def turned(name, profile, surface, location, rotation=(0, 0, 0), scale=1.0) -> bpy.types.Object:
-    """A profile turned about the vertical axis and smoothed."""
-    points = [(scale * 0.01 * r, 0.0, scale * 0.01 * z) for r, z in profile]
-    edges = [(i, i + 1) for i in range(len(points) - 1)]
-    result = mesh_object(name, points, edges, [], surface, location, rotation)
-    screw = result.modifiers.new("Turn", "SCREW")
-    screw.steps = screw.render_steps = 24
-    screw.merge_threshold = 1e-6
-    screw.use_merge_vertices, screw.use_smooth_shade, screw.use_normal_calculate = True, True, True
-    smooth = result.modifiers.new("Smooth", "SUBSURF")
-    smooth.levels = smooth.render_levels = 3
-    return result
-
-
-def box(name, size, surface, location, rotation=(0, 0, 0), bevel=0.002) -> bpy.types.Object:
-    """A box with rounded edges, its centre at `location`."""
-    x, y, z = (0.5 * s for s in size)
-    corners = [(i, j, k) for i in (-x, x) for j in (-y, y) for k in (-z, z)]
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    result = mesh_object(name, corners, [], faces, surface, location, rotation)
-    rounding = result.modifiers.new("Rounding", "BEVEL")
-    rounding.width, rounding.segments = bevel, 4
-    return result
 
 
 def table(materials: dict) -> None:
@@ -304,32 +209,3 @@ def stems(surface) -> None:
         spline.use_endpoint_u = True
         curve.materials.append(surface)
         bpy.context.scene.collection.objects.link(bpy.data.objects.new(name, curve))
-
-
-def window_light(scene: bpy.types.Scene) -> None:
-    """One of Blender's own HDRIs, turned so that its bright side comes from the left."""
-    world = scene.world = bpy.data.worlds.new("Interior")
-    if bpy.app.version < (5, 0, 0):
-        world.use_nodes = True
-    nodes, links = world.node_tree.nodes, world.node_tree.links
-    background = next(node for node in nodes if node.bl_idname == "ShaderNodeBackground")
-    coordinates, mapping = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMapping")
-    environment = nodes.new("ShaderNodeTexEnvironment")
-    folder = Path(bpy.utils.system_resource("DATAFILES")) / "studiolights" / "world"
-    environment.image = bpy.data.images.load(str(folder / "interior.exr"))
-    mapping.inputs["Rotation"].default_value = (0.0, 0.0, math.radians(HDRI_TURN))
-    background.inputs["Strength"].default_value = HDRI_STRENGTH
-    links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
-    links.new(mapping.outputs["Vector"], environment.inputs["Vector"])
-    links.new(environment.outputs["Color"], background.inputs["Color"])
-
-
-def camera(scene: bpy.types.Scene) -> None:
-    """A 70 mm lens a little above the table, focused on the bowl."""
-    data = bpy.data.cameras.new("Camera")
-    data.lens, data.dof.use_dof, data.dof.aperture_fstop, data.dof.aperture_blades = 70.0, True, 4.0, 7
-    result = scene.camera = bpy.data.objects.new("Camera", data)
-    scene.collection.objects.link(result)
-    eye, target = Vector((0.05, -1.42, 0.42)), Vector((0.015, 0.0, 0.098))
-    result.location, result.rotation_euler = eye, (target - eye).to_track_quat("-Z", "Y").to_euler()
-    data.dof.focus_distance = (Vector((0.03, -0.10, 0.06)) - eye).length
