@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Renders the demo scene to still_life.png. Options: --samples 256, --size 960x640, --output FILE.
+# Renders the demo scene to translucent.png. Options: --samples 256, --size 960x640, --scene still-life, --output FILE.
 set -euo pipefail
 source "$(dirname "$0")/tools/environment.sh"
 
