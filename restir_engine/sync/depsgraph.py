@@ -1,4 +1,4 @@
-"""An evaluated depsgraph → `Scene`: one pass over everything that it instances."""
+"""An evaluated depsgraph → `SceneDescription`: one pass over everything that it instances."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from ...kernels.geometry.intersect import trace
 from ...kernels.path.direct import direct_light
 from ...kernels.path.state import ARRIVES, ENDS, ENTERS, FAR, GOES_ON, LIT, SHADES, ray_mask
 from ...kernels.subsurface.methods import scatter
-from .scatter import bounce
+from .bounce import bounce
 from .vertex import arrive
 
 

@@ -1,4 +1,4 @@
-"""The first step of a frame: each pixel's path up to the vertex that is lit by resampling."""
+"""The G-buffer of a frame: each pixel's path up to the vertex that is lit by resampling."""
 
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined, kernel
@@ -22,7 +22,7 @@ from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
 from ...kernels.lobes import bsdf_has_eval
 from ...kernels.lobes.closure import LOBE_SUBSURFACE
 from ...kernels.path.state import ENDS, SHADES, start_path
-from ..path.scatter import bounce
+from ..path.bounce import bounce
 from ..path.trace import trace_ray
 from ..path.vertex import arrive
 from ..resampling.frame import FRAME

@@ -20,7 +20,7 @@ from ...kernels.geometry.intersect import put_nearest
 from ...kernels.lobes.classes import lobe_sum
 from ...kernels.path.state import ARRIVES, COUNTED, GOES_ON
 from ...kernels.volume.calls import media_around
-from ..path.scatter import bounce
+from ..path.bounce import bounce
 from ..path.trace import trace_path
 from ..resampling.frame import FRAME, UNTRACED, hit_at
 from ..resampling.inputs import load_light

@@ -54,7 +54,8 @@ def first_scattering(path, events):
 
 @inlined
 def contribute(integrator, film, path, value, what):
-    """Hand on what light a path has found; all of it passes here, and the film takes it.
+    """Hand on what light a path has found; all of it passes here. It goes to the pixel that
+    `path.pixel` points to: of the film, or of a frame of RESTIR.
 
     What takes a path's contributions instead (a reservoir of paths, a cache) takes them here, as they are clamped.
     """
@@ -63,7 +64,7 @@ def contribute(integrator, film, path, value, what):
     bounces = path.bounce + 1 if what.kind == DIRECT else path.bounce
     if what.kind != BACKDROP:
         value = _clamped(value, integrator.clamp_indirect if bounces > 1 else integrator.clamp_direct)
-    _add_to_film(film, path, value, what, bounces)
+    _add_to_pixel(film, path, value, what, bounces)
 
 
 @inlined
@@ -91,7 +92,7 @@ def _clamped(c, limit):
 
 
 @inlined
-def _add_to_film(film, path, c, what, bounces):
+def _add_to_pixel(film, path, c, what, bounces):
     """Add a contribution to Combined and to the passes that it belongs to."""
     if what.kind == BACKDROP:
         add3(path.pixel, film.environment, c)

@@ -46,7 +46,7 @@ def scatter(scene, integrator, film, scratch, path, sp):
 def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: int = 0, cache: int = 0) -> np.ndarray:
     """The table that INTEGRATOR.scatter points to; what the scene needs of code is compiled where it is not yet.
 
-    method: a name of METHODS; options: bits of scatter_table.FLAGS; cache: the address of an irradiance cache.
+    method: a name of METHODS; options: bits of method_table.FLAGS; cache: the address of an irradiance cache.
     """
     table = np.zeros(at.SIZE, np.int64)
     if scene_flags & SCENE_HAS_SUBSURFACE:

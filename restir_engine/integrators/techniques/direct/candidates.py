@@ -1,4 +1,4 @@
-"""The second step of a frame: light samples and one direction by the BSDF, of which a pixel's reservoirs keep one each.
+"""Candidates of direct light: light samples and one direction by the BSDF, of which a pixel's reservoirs keep one each.
 
 Resampled importance sampling (Talbot et al. 2005) of M light samples and one BSDF sample. Technique t, of which M_t
 samples are drawn, is weighed by the balance heuristic, so that a sample of either has the resampling weight

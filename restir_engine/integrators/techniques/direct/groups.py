@@ -15,7 +15,7 @@ from ....kernels.lobes.classes import NO_LOBES, lobe_add, lobe_scale, lobes_of, 
 from ...resampling.inputs import reservoirs_of, store_light
 from ...resampling.options import TARGET, reuse_at
 from ...resampling.reservoir import accept, clear, contribution_weight, reservoir_at
-from .sample import DIRECT, direct_reservoir_at, keep
+from .sample import DIRECT_LIGHT, direct_reservoir_at, keep
 from .streams import CLEAR, POINT_FIELDS, SAMPLED, STREAM, copy_point, same_point, start, stream_of
 from .target import control_variate_at, integrand, target_of_light, transmittance_to_light
 
@@ -122,7 +122,7 @@ def settle(reuse, layers, frame, scratch, pixel, seed, last):
         r.seed = seed
         light = NO_LOBES
         if groups.target > 0.0:
-            r.technique = DIRECT
+            r.technique = DIRECT_LIGHT
             copy_point(r, groups)
             r.target = groups.target
             r.contribution_weight = contribution_weight(float(groups.total), float(groups.target))

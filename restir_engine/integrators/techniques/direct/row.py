@@ -4,7 +4,7 @@ import numpy as np
 
 from ....reuse_settings import ReuseSettings
 from ...resampling.technique import technique_row
-from .sample import DIRECT
+from .sample import DIRECT_LIGHT
 from .shift import shift_light
 from .target import light_control_variate, target_light
 from .visibility import merge_visibility, shade_light
@@ -16,10 +16,10 @@ def direct_technique(settings: ReuseSettings) -> np.ndarray:
     Where nothing is reused there are none.
     """
     if not (settings.temporal or settings.rounds):
-        return technique_row(DIRECT)
+        return technique_row(DIRECT_LIGHT)
     entries = {"shift": shift_light, "target": target_light, "variate": light_control_variate}
     if settings.visibility != "TARGET":
         entries["shade"] = shade_light
     if settings.visibility in ("REUSED", "ESTIMATED"):
         entries["merge"] = merge_visibility
-    return technique_row(DIRECT, **entries)
+    return technique_row(DIRECT_LIGHT, **entries)

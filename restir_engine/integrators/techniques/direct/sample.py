@@ -6,7 +6,7 @@ from ....kernels.core.jit import inlined
 from ....kernels.core.memory import record_at
 from ...resampling.reservoir import reservoir_dtype
 
-DIRECT = 1  # TECHNIQUE.id
+DIRECT_LIGHT = 1  # TECHNIQUE.id
 SEEN = 1  # a flag: V̄ is known, a shadow ray has been traced for the sample where it is
 
 SAMPLE = np.dtype(
