@@ -82,6 +82,7 @@ class RestirEngine(bpy.types.RenderEngine):
             result = self.begin_result(0, 0, session.film.width, session.film.height, layer=depsgraph.view_layer.name)
             if result is None:
                 raise SceneError("Blender has no place for the picture: check the render region and the resolution.")
+            self._name_mattes(session, depsgraph.view_layer.name)
             display = Display(self, result)
             try:
                 session.render(self.test_break, display.status, display.picture)
@@ -89,6 +90,12 @@ class RestirEngine(bpy.types.RenderEngine):
                 deliver(self, result, session)
                 if not self.is_preview:
                     report_warnings(self, depsgraph.scene, session.scene.warnings)
+
+    def _name_mattes(self, session, layer: str) -> None:
+        """Tell with the picture which names the ids of its Cryptomattes stand for."""
+        for kind in {PASS_BY_NAME[name].slots for name in session.settings.passes} - {""}:
+            for field, text in session.scene.manifests.metadata(kind, layer).items():
+                self.get_result().stamp_data_add_field(field, text)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the 3D view shows, again."""

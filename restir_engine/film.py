@@ -24,6 +24,7 @@ class Film:
         for item in passes:
             self._offsets[item.name] = channels
             channels += len(item.channels)
+        self._slots = {kind: [item.name for item in passes if item.slots == kind] for kind in {p.slots for p in passes}}
         self.pixels = np.zeros((height, width, channels), np.float32)
         self._record = np.zeros(1, rec.FILM)
         self._fill_record()
@@ -38,6 +39,8 @@ class Film:
             if item.field:
                 record[item.field] = self._offsets[item.name]
         record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
+        record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
+        record["crypto_slots"] = max((2 * len(names) for kind, names in self._slots.items() if kind), default=0)
         record["data_passes"] = any(item.field and not item.light for item in self.passes)
 
     @property
@@ -53,6 +56,8 @@ class Film:
     def pass_array(self, name: str) -> np.ndarray:
         """A pass as Blender wants it: float32 (height, width, channels), rows bottom to top."""
         item = PASS_BY_NAME[name]
+        if item.slots:
+            return self._mattes(item)
         result = self.sums(name).copy()
         if not item.averaged:
             if name == "Depth":
@@ -69,4 +74,17 @@ class Film:
             result[:, :, :3] *= self.exposure
         elif item.light:
             result[:, :, :3] *= self.exposure
+        elif name == "Mist":
+            result = 1.0 - result
         return result
+
+    def _mattes(self, item: Pass) -> np.ndarray:
+        """Two ids of a kind of Cryptomatte and what they cover of each pixel, as they rank by that."""
+        names = self._slots[item.slots]
+        start = self._offsets[names[0]]
+        slots = self.pixels[:, :, start : start + 4 * len(names)].reshape(self.height, self.width, -1, 2)
+        order = np.argsort(-slots[..., 1], axis=2, kind="stable")
+        first = 2 * names.index(item.name)
+        ranked = np.take_along_axis(slots, order[:, :, first : first + 2, None], axis=2)
+        ranked[..., 1] *= 1.0 / max(self.samples, 1)
+        return ranked.reshape(self.height, self.width, 4)

@@ -16,7 +16,10 @@ from bpy.props import (
 
 from .options import MATERIAL_OPTIONS, SCENE_OPTIONS, VIEW_LAYER_OPTIONS, Option
 from .reuse_settings import OPTIONS, ReuseSettings
-from .settings import PASSES, RenderSettings
+from .scene.cryptomatte import KINDS
+from .settings import MAX_CRYPTOMATTES, PASSES, Mist, RenderSettings, cryptomatte
+
+MIST_POWERS = {"LINEAR": 1.0, "QUADRATIC": 2.0, "INVERSE_QUADRATIC": 0.5}
 
 # What Blender is told of an Option's unit.
 _UNITS = {
@@ -90,12 +93,25 @@ def _sss_after_diffuse(choice: str) -> str:
 
 def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     """Names of the passes that a view layer asks for; Combined is always one of them."""
+    depth = (view_layer.pass_cryptomatte_depth + 1) // 2
+    too_deep = {cryptomatte(kind, i) for kind in KINDS for i in range(depth, MAX_CRYPTOMATTES)}
     return frozenset(
         item.name
         for item in PASSES
         if item.name == "Combined"
-        or getattr(view_layer if item.view_layer else view_layer.restir, item.view_layer or item.own)
+        or (
+            item.name not in too_deep
+            and getattr(view_layer if item.view_layer else view_layer.restir, item.view_layer or item.own)
+        )
     )
+
+
+def mist(world: bpy.types.World | None) -> Mist:
+    """What a world says of the pass Mist."""
+    if world is None:
+        return Mist()
+    settings = world.mist_settings
+    return Mist(settings.start, settings.depth, MIST_POWERS[settings.falloff])
 
 
 def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> RenderSettings:
@@ -122,6 +138,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "sss_after_diffuse": _sss_after_diffuse(own.sss_after_diffuse),
             "extra_transparent": bpy.app.version < (5, 0, 0),
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
+            "mist": mist(scene.world),
             "passes": enabled_passes(view_layer),
         }
     )

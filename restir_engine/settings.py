@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from .reuse_settings import ReuseSettings
+from .scene.cryptomatte import KINDS
+
+
+class Mist(NamedTuple):
+    """The pass Mist: 0 up to the start (m), 1 from start + depth on, the distance between to the power in between."""
+
+    start: float = 5.0
+    depth: float = 25.0
+    power: float = 2.0
 
 
 @dataclass(frozen=True)
@@ -46,6 +56,7 @@ class RenderSettings:
     film_transparent_roughness: float = 0.1
     film_exposure: float = 1.0
     pass_alpha_threshold: float = 0.5
+    mist: Mist = field(default_factory=Mist)
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
     reuse: ReuseSettings = field(default_factory=ReuseSettings)  # RESTIR
@@ -74,6 +85,7 @@ class Pass:
     own: str = ""  # then the property of view_layer.restir that does
     divide: str = ""
     averaged: bool = True  # False: the first sample's value
+    slots: str = ""  # the kind of Cryptomatte whose slots it holds two of
     light: bool = False  # sums of light, by kernels.film.contribute; else it describes the first surface
 
 
@@ -93,6 +105,24 @@ def _subsurface(part: str) -> Pass:
     return Pass(name, f"SSS{part}", field, "RGB", "COLOR", "", own="use_pass_subsurface", light=True)
 
 
+MAX_CRYPTOMATTES = 8  # passes a kind, of two slots each
+
+
+def cryptomatte(kind: str, number: int) -> str:
+    """The name of a pass of Cryptomatte."""
+    return f"Crypto{kind}{number:02d}"
+
+
+def _cryptomattes(kind: str) -> list[Pass]:
+    """The passes of one kind of Cryptomatte, by coverage; kernels write to all by the first one's field."""
+    names = [cryptomatte(kind, number) for number in range(MAX_CRYPTOMATTES)]
+    fields = [f"crypto_{kind.lower()}", *[""] * (MAX_CRYPTOMATTES - 1)]
+    return [
+        Pass(name, name, field, "RGBA", "COLOR", f"use_pass_cryptomatte_{kind.lower()}", slots=kind)
+        for name, field in zip(names, fields, strict=True)
+    ]
+
+
 PASSES: tuple[Pass, ...] = (
     Pass("Combined", "Combined", "combined", "RGBA", "COLOR", "use_pass_combined", light=True),
     Pass("Depth", "Depth", "depth", "Z", "VALUE", "use_pass_z", averaged=False),
@@ -101,6 +131,7 @@ PASSES: tuple[Pass, ...] = (
     Pass("UV", "UV", "uv", "UVA", "VECTOR", "use_pass_uv"),
     Pass("Object Index", "IndexOB", "object_index", "X", "VALUE", "use_pass_object_index", averaged=False),
     Pass("Material Index", "IndexMA", "material_index", "X", "VALUE", "use_pass_material_index", averaged=False),
+    Pass("Mist", "Mist", "mist", "Z", "VALUE", "use_pass_mist"),
     *_light("Diffuse", "Diff", "diffuse", "diffuse"),
     *_light("Glossy", "Gloss", "glossy", "glossy"),
     *_light("Transmission", "Trans", "transmission", "transmission"),
@@ -114,6 +145,8 @@ PASSES: tuple[Pass, ...] = (
     Pass("Visibility Estimate", "Visibility", "", "RGBA", "COLOR", "", own="use_pass_visibility"),
     Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", "", own="use_pass_denoising"),
     Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", "", own="use_pass_denoising"),
+    # Last, since they are no sums.
+    *(item for kind in KINDS for item in _cryptomattes(kind)),
 )
 PASS_BY_NAME = {p.name: p for p in PASSES}
 DENOISING_PASSES = frozenset({"Denoising Albedo", "Denoising Normal"})

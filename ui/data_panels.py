@@ -144,6 +144,24 @@ class RESTIR_WORLD_PT_ray_visibility(RestirPanel, bpy.types.Panel):
         column.prop(context.world.cycles_visibility, "scatter", text="Volume Scatter")
 
 
+class RESTIR_WORLD_PT_mist(RestirPanel, bpy.types.Panel):
+    """Where the pass Mist begins and ends"""
+
+    bl_label = "Mist Pass"
+    bl_context = "world"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        wanted = any(layer.use_pass_mist for layer in context.scene.view_layers)
+        return super().poll(context) and context.world is not None and wanted
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, mist = self.column(), context.world.mist_settings
+        for name in ("start", "depth", "falloff"):
+            column.prop(mist, name)
+
+
 class RESTIR_WORLD_PT_settings(RestirPanel, bpy.types.Panel):
     """How light from the world is sampled"""
 
@@ -172,5 +190,6 @@ CLASSES = (
     RESTIR_CAMERA_PT_panorama,
     RESTIR_MATERIAL_PT_settings,
     RESTIR_WORLD_PT_ray_visibility,
+    RESTIR_WORLD_PT_mist,
     RESTIR_WORLD_PT_settings,
 )

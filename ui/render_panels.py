@@ -8,6 +8,7 @@ import bpy
 
 from ..restir_engine import denoise, warning_log
 from ..restir_engine.reuse_settings import OPTIONS
+from ..restir_engine.scene.cryptomatte import KINDS
 from ..restir_engine.settings import PASSES, carries_visibility
 from .shared import RestirPanel
 
@@ -204,13 +205,30 @@ def pass_groups() -> dict[str, list[tuple[str, str]]]:
     }
     for item in PASSES:
         lobe, _, half = item.name.partition(" ")
-        if not item.view_layer or item.name == "Combined":
+        if not item.view_layer or item.name == "Combined" or item.slots:
             continue
         if lobe in groups:
             groups[lobe].append((item.view_layer, half))
         else:
             groups["Light" if item.kind == "COLOR" else "Data"].append((item.view_layer, item.name))
     return groups
+
+
+class RESTIR_VIEWLAYER_PT_cryptomatte(RestirPanel, bpy.types.Panel):
+    """Masks by object, material and asset for the compositor"""
+
+    bl_label = "Cryptomatte"
+    bl_context = "view_layer"
+    bl_parent_id = "RESTIR_VIEWLAYER_PT_passes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, layer = self.column(), context.view_layer
+        for kind in KINDS:
+            column.prop(layer, f"use_pass_cryptomatte_{kind.lower()}", text=kind)
+        levels = column.column()
+        levels.active = any(getattr(layer, f"use_pass_cryptomatte_{kind.lower()}") for kind in KINDS)
+        levels.prop(layer, "pass_cryptomatte_depth", text="Levels")
 
 
 class RESTIR_VIEWLAYER_PT_override(RestirPanel, bpy.types.Panel):
@@ -236,5 +254,6 @@ CLASSES = (
     RESTIR_RENDER_PT_performance,
     RESTIR_RENDER_PT_warnings,
     RESTIR_VIEWLAYER_PT_passes,
+    RESTIR_VIEWLAYER_PT_cryptomatte,
     RESTIR_VIEWLAYER_PT_override,
 )

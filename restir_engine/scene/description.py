@@ -7,6 +7,7 @@ import numpy as np
 from ..kernels.core import records as rec
 from . import names
 from .camera import Camera
+from .cryptomatte import Manifests
 from .images import ImageTable
 from .lamps import Lamps
 from .mesh import Mesh
@@ -34,6 +35,7 @@ class SceneDescription:
         self.world = World()
         self.camera = Camera()
         self.warnings = Warnings()
+        self.manifests = Manifests()
         self.frame = 1  # what image sequences show
         self.time = 1.0  # the frame with its fraction
         self.frames_per_second = 24.0

@@ -37,6 +37,7 @@ class Scene:
         self.camera = description.camera
         self.attribute_names = MappingProxyType(dict(description.attribute_names))
         self.warnings = description.warnings
+        self.manifests = description.manifests
         self._table = np.zeros(1, rec.SCENE)
         # What addresses point to.
         self._kept: list = [*description.instance_attributes, *description.images.arrays]

@@ -20,6 +20,7 @@ class Program:
     constants: np.ndarray = field(default_factory=lambda: np.zeros(0))
     flags: int = 0  # MATERIAL_*
     pass_index: int = 0
+    crypto_material: float = 0.0  # see scene.cryptomatte
     emission_sampling: int = 0  # see MATERIAL
     emission_estimate: tuple[float, float, float] = (0.0, 0.0, 0.0)
     medium: int = -1  # where in `code` the program of the medium inside starts, -1: none
@@ -100,7 +101,14 @@ class ShaderTable:
             record["constants"] = constants_at
             record["n_constants"] = len(program.constants)
             record["medium"] = code_at + program.medium if program.medium >= 0 else -1
-            for name in ("flags", "pass_index", "emission_sampling", "emission_estimate", "medium_priority"):
+            for name in (
+                "flags",
+                "pass_index",
+                "crypto_material",
+                "emission_sampling",
+                "emission_estimate",
+                "medium_priority",
+            ):
                 record[name] = getattr(program, name)
             lambert = constant_lambert(program)
             if lambert is not None:

@@ -25,7 +25,7 @@ from .lights import sync_light
 from .materials import Materials
 from .mesh import readable
 from .mesh_cache import MeshCache
-from .objects import instance_flags, instancer_values, name_random, property_value, rays_that_see
+from .objects import asset_name, instance_flags, instancer_values, name_random, property_value, rays_that_see
 from .world import sync_world
 
 
@@ -69,6 +69,8 @@ class _Placed:
     seen_by: int = 0
     flags: int = 0
     object_index: int = 0
+    crypto_object: float = 0.0
+    crypto_asset: float = 0.0
     key: int = 0
     random: float = 0.0
     color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
@@ -169,6 +171,8 @@ class _Reader:
             seen_by=seen_by,
             flags=flags,
             object_index=item.pass_index,
+            crypto_object=self.scene.manifests.note("Object", item.name),
+            crypto_asset=self.scene.manifests.note("Asset", asset_name(item)),
             key=name_key(instance),
             random=name_random(item.name),
             # Instances have the colour of their instancer; `object` tells it only while Python holds no other
@@ -279,6 +283,8 @@ class _Reader:
                     "seen_by",
                     "flags",
                     "object_index",
+                    "crypto_object",
+                    "crypto_asset",
                     "color",
                     "terminator",
                     "terminator_frequency",

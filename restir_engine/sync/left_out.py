@@ -30,16 +30,12 @@ WHEN_SIMPLIFIED = (
     LeftOut("cycles.texture_limit_render", "the texture limit is left out: images have all their pixels", "OFF".__ne__),
 )
 PASSES = (
-    LeftOut("use_pass_mist", "Mist"),
     LeftOut("use_pass_vector", "Vector"),
     LeftOut("use_pass_shadow", "Shadow"),
     LeftOut("use_pass_ambient_occlusion", "Ambient Occlusion"),
     LeftOut("use_pass_subsurface_direct", "Subsurface Direct"),
     LeftOut("use_pass_subsurface_indirect", "Subsurface Indirect"),
     LeftOut("use_pass_subsurface_color", "Subsurface Color"),
-    LeftOut("use_pass_cryptomatte_object", "Cryptomatte Object"),
-    LeftOut("use_pass_cryptomatte_material", "Cryptomatte Material"),
-    LeftOut("use_pass_cryptomatte_asset", "Cryptomatte Asset"),
     LeftOut("cycles.use_pass_volume_scatter", "Volume Scatter"),
     LeftOut("cycles.use_pass_volume_transmit", "Volume Transmit"),
     LeftOut("cycles.use_pass_volume_majorant", "Volume Majorant"),

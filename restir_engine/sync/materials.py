@@ -17,6 +17,7 @@ log = logging.getLogger(__name__)
 
 _EMISSION_SAMPLING = {"NONE": 0, "AUTO": 1, "FRONT": 2, "BACK": 3, "FRONT_BACK": 4}
 _DEFAULT_COLOR = (0.8, 0.8, 0.8)  # of a slot without a material, as Cycles has it
+_DEFAULT_NAME = "default_surface"  # as Cryptomatte names it
 _DEFAULT_SURFACE = {"Base Color": 0.8, "Roughness": 0.5, "IOR": 1.5, "Alpha": 1.0}  # of Cycles' Principled, else 0
 
 
@@ -53,7 +54,9 @@ class Materials:
 
     def _material(self, material) -> Program:
         if material is None:
-            return self._default()
+            program = self._default()
+            program.crypto_material = self._scene.manifests.note("Material", _DEFAULT_NAME)
+            return program
         subsurface = material_subsurface(material)
         if _has_nodes(material):
             program = self._tree(material, subsurface)
@@ -62,6 +65,7 @@ class Materials:
         if subsurface.medium and not program.flags & MATERIAL_SUBSURFACE:
             program = self._tree(material, subsurface, is_medium=True)
         program.pass_index = material.pass_index
+        program.crypto_material = self._scene.manifests.note("Material", material.name)
         program.medium_priority = material.restir.medium_priority
         settings = getattr(material, "cycles", None)
         if not getattr(settings, "use_bump_map_correction", True):

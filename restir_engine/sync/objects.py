@@ -60,6 +60,13 @@ def instance_flags(instance, view_layer) -> int:
     return flags | (INSTANCE_SHADOW_CATCHER if catches else 0)
 
 
+def asset_name(item) -> str:
+    """What Cryptomatte takes for the asset that an object is part of: its topmost parent."""
+    while item.parent is not None:
+        item = item.parent
+    return item.name
+
+
 @cache
 def name_random(name: str) -> float:
     """Object Info > Random of an object that is no instance."""

@@ -208,6 +208,7 @@ def test_shots_of_the_sequencer_have_cameras_of_their_own(lit, tmp_path, written
 
 def test_all_passes_reach_blender(lit, tmp_path, written):
     layer = bpy.context.view_layer
+    layer.pass_cryptomatte_depth = 16
     for item in PASSES:
         setattr(layer if item.view_layer else layer.restir, item.view_layer or item.own, True)
     settings = lit.render.image_settings

@@ -131,11 +131,11 @@ def test_button_lists_what_has_no_counterpart(extension):
     scene = bpy.context.scene
     scene.render.use_motion_blur = True
     scene.cycles.samples = 4096
-    bpy.context.view_layer.use_pass_mist = True
+    bpy.context.view_layer.use_pass_vector = True
     bpy.ops.restir.settings_from_cycles()
     log = sys.modules[NAME + ".restir_engine.warning_log"]
     text = "\n".join(log.lines(scene.name))
-    assert "motion blur" in text and "Mist" in text and "adaptive sampling" in text
+    assert "motion blur" in text and "Vector" in text and "adaptive sampling" in text
     assert scene.restir.samples == 1024
 
 

@@ -83,6 +83,7 @@ def owners() -> dict[str, dict]:
 
 def test_every_panel_draws_somewhere(scene, ui):
     contexts = owners()
+    bpy.context.view_layer.use_pass_mist = True
     ui.render_panels.warning_log.add(scene.name, ["Material “A”: a sentence that is long enough to be broken twice"])
     for panel in ui.CLASSES:
         drawn = {name: draw(panel, **context) for name, context in contexts.items()}
@@ -129,6 +130,7 @@ def test_settings_come_from_properties_one_to_one(scene):
         "film_transparent_glass",
         "film_transparent_roughness",
         "pass_alpha_threshold",
+        "mist",
         "passes",
         "extra_transparent",
     }

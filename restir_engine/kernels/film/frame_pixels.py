@@ -1,8 +1,9 @@
 """The pixels of a frame in progress: they begin at 0, gather what its kernels contribute, and end in the film."""
 
-from ..core.jit import inlined
+from ..core.jit import device, inlined
 from ..core.memory import load_f32, store_f32
 from .contribute import add1
+from .cryptomatte import merge_slots
 
 
 @inlined
@@ -15,6 +16,21 @@ def clear_pixel(pixel, channels):
 @inlined
 def add_pixels(film, pixels, x0, y0, x1, y1):
     """Add a tile of `pixels` (float32, as large as the film's) to the film."""
+    if film.crypto_slots > 0:
+        _merge_mattes(film, pixels, x0, y0, x1, y1)
     for y in range(y0, y1):
-        for k in range((y * film.width + x0) * film.channels, (y * film.width + x1) * film.channels):
-            add1(film.pixels, k, load_f32(pixels, k))
+        for x in range(x0, x1):
+            start = (y * film.width + x) * film.channels
+            for k in range(start, start + film.summed):
+                add1(film.pixels, k, load_f32(pixels, k))
+
+
+@device
+def _merge_mattes(film, pixels, x0, y0, x1, y1):
+    """Add the slots of a tile's pixels to those of the film."""
+    for y in range(y0, y1):
+        for x in range(x0, x1):
+            pixel = 4 * film.channels * (y * film.width + x)
+            for offset in (film.crypto_object, film.crypto_material, film.crypto_asset):
+                if offset >= 0:
+                    merge_slots(film.pixels + pixel + 4 * offset, pixels + pixel + 4 * offset, film.crypto_slots)

@@ -2,11 +2,12 @@
 
 from ..core.jit import device, inlined
 from ..core.memory import store_f32
-from ..core.records import instance_at, material_at
+from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, instance_at, material_at
 from ..core.vec import average, dot, length, mul, put, store3_f32, transform_point, vec
 from ..geometry.attributes import attribute
 from ..lobes import bsdf_color, bsdf_normal, denoise_features
-from .contribute import add3
+from .contribute import add1, add3
+from .cryptomatte import add_to_slots
 
 
 @inlined
@@ -54,13 +55,47 @@ def _data_passes(scene, camera, integrator, film, path, sp):
         add3(pixel, film.diffuse_color, mul(t, c.diffuse))
         add3(pixel, film.glossy_color, mul(t, c.glossy))
         add3(pixel, film.transmission_color, mul(t, c.transmission))
+    if film.mist >= 0:
+        add1(pixel, film.mist, _clear_air(camera, integrator, p) * average(mul(vec(path.throughput), _opacity(sp))))
+    if film.crypto_slots > 0:
+        _mattes(scene, film, path, sp)
+
+
+@inlined
+def _opacity(sp):
+    """What the surface at sp does not let through straight."""
+    t = vec(sp.transparent)
+    return 1.0 - t[0], 1.0 - t[1], 1.0 - t[2]
+
+
+@device
+def _mattes(scene, film, path, sp):
+    """Add what the surface covers of the pixel to the slots of its object, material and asset."""
+    weight = average(vec(path.throughput)) * average(_opacity(sp))
+    instance = instance_at(scene.instances, sp.instance)
+    for offset, identity in (
+        (film.crypto_object, instance.crypto_object),
+        (film.crypto_material, material_at(scene.materials, sp.material).crypto_material),
+        (film.crypto_asset, instance.crypto_asset),
+    ):
+        if offset >= 0:
+            add_to_slots(path.pixel + 4 * offset, film.crypto_slots, identity, weight)
+
+
+@device
+def _clear_air(camera, integrator, p):
+    """1 less the mist between the camera and p, which is as thick as the distance makes it."""
+    q = transform_point(camera.to_camera, p)
+    distance = -q[2] if camera.kind == CAMERA_ORTHOGRAPHIC else length(q)
+    mist = (distance - integrator.mist_start) * integrator.mist_density
+    return 1.0 - min(max(mist, 0.0), 1.0) ** integrator.mist_power
 
 
 @device
 def _camera_depth(camera, p):
     """Distance along the view axis; for a panorama from the camera's centre."""
     q = transform_point(camera.to_camera, p)
-    return length(q) if camera.kind == 2 else -q[2]
+    return length(q) if camera.kind == CAMERA_PANORAMA else -q[2]
 
 
 @device

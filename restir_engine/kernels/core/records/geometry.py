@@ -43,6 +43,8 @@ INSTANCE = record(
     "seen_by",  # RAY_* bits of the rays that see it
     "flags",  # INSTANCE_* bits
     "object_index",  # pass_index of the object
+    ("crypto_object", 1),  # ids, see scene.cryptomatte
+    ("crypto_asset", 1),
     "key",  # the same in every frame of an animation, and nobody else's
     "lights",  # start of this instance's triangles in the table of emissive triangles, -1: none
     "attributes",  # ATTRIBUTE [n_attributes] of this instance (DOMAIN_MESH): properties of the object

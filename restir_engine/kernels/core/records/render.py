@@ -35,9 +35,16 @@ FILM = record(
     "subsurface_multiple",
     "denoising_albedo",
     "denoising_normal",
+    "mist",
+    # Slots of Cryptomatte, see kernels.film.cryptomatte.
+    "crypto_object",
+    "crypto_material",
+    "crypto_asset",
     # Bits for the integrator: whether any pass of a kind is wanted.
     "light_passes",
     "data_passes",
+    "summed",  # so many floats of a pixel are sums; behind them are slots
+    "crypto_slots",  # a kind
 )
 film_at = record_at(FILM)
 
@@ -58,6 +65,9 @@ INTEGRATOR = record(
     ("clamp_indirect", 1),
     ("filter_glossy", 1),  # inf: off
     ("pass_alpha_threshold", 1),
+    ("mist_start", 1),  # m
+    ("mist_density", 1),  # 1 / m
+    ("mist_power", 1),
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
     "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.subsurface.method_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255

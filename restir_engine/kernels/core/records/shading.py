@@ -9,6 +9,7 @@ MATERIAL = record(
     "n_constants",  # copied to registers 0 … n_constants before the program runs
     "flags",  # MATERIAL_* bits
     "pass_index",
+    ("crypto_material", 1),  # its id, see scene.cryptomatte
     "emission_sampling",  # 0 none, 1 auto, 2 front, 3 back, 4 both
     "medium",  # start of the program of the medium inside in `code`, -1: none; it uses the same constants
     "medium_priority",  # where media overlap, those of the highest priority count
