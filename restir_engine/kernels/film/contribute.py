@@ -56,7 +56,8 @@ def first_scattering(path, events):
 def contribute(integrator, film, path, value, what):
     """Hand on what light a path has found, to the pixel that `path.pixel` points to: all of it passes here.
 
-    That pixel is the film's, or with RESTIR the frame's. What takes a path's contributions instead (a reservoir of paths, a cache) takes them here, as they are clamped.
+    That pixel is the film's, or with RESTIR the frame's. What takes a path's contributions instead (a reservoir of
+    paths, a cache) takes them here, as they are clamped.
     """
     if is_black(value):
         return
