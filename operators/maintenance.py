@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shutil
 import sys
 from importlib import metadata
 
@@ -31,7 +30,7 @@ class RESTIR_OT_clear_kernel_cache(bpy.types.Operator):
         configure_cache()
         from ..restir_engine.kernels.core import cache
 
-        shutil.rmtree(cache.root(), ignore_errors=True)
+        cache.store().remove()
         self.report({"INFO"}, "Kernel cache cleared")
         return {"FINISHED"}
 

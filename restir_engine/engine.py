@@ -7,6 +7,7 @@ knows nothing of Blender). In the 3D view it is `view_update` where something ha
 from __future__ import annotations
 
 import logging
+import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -245,7 +246,8 @@ def configure_cache() -> None:
 
     package = __package__.rpartition(".")[0]
     if package.startswith("bl_ext."):
-        cache.configure(bpy.utils.extension_path_user(package, path="kernels", create=True))
+        folder = bpy.utils.extension_path_user(package, path="kernels")  # "" where Blender has no user's folder
+        cache.configure(Path(folder) if os.path.isabs(folder) else None)
 
 
 @bpy.app.handlers.persistent

@@ -139,6 +139,9 @@ class Session:
         self._integrator = self._new_integrator()
         self._integrator.prepare()
         self.history = self._integrator.history
+        problem = cache.store().problem()
+        if problem:
+            self.scene.warnings.add("Render", "Kernels", problem)
 
     def render(
         self,
@@ -191,7 +194,7 @@ class Session:
         def work() -> None:
             try:
                 self.prepare()
-                cache.remove_old()
+                cache.store().remove_old()
             except BaseException as error:  # handed to the calling thread
                 errors.append(error)
 

@@ -13,20 +13,18 @@ from functools import cached_property
 import numba
 import numpy as np
 from numba.core import types
+from numba.core.ccallback import CFunc
 from numba.np.numpy_support import from_dtype
 
-from . import cache
+from .compiled import DEVICE, KERNEL, FunctionCache
 
-_NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 
 def _compile(function, **options):
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache.module_folder(function.__module__))
-    try:
-        return _without_literals(numba.njit(nogil=True, cache=True, error_model="numpy", **options)(function))
-    finally:
-        numba.config.CACHE_DIR = before
+    dispatcher = numba.njit(**_OPTIONS, **options)(function)
+    dispatcher._cache = FunctionCache(function)
+    return _without_literals(dispatcher)
 
 
 def _without_literals(dispatcher):
@@ -44,7 +42,7 @@ def _without_literals(dispatcher):
 
 def kernel(function):
     """Compile a function that Python calls. A parameter annotated with a dtype is such a record, others are int64."""
-    return _compile(function)
+    return _compile(function, pipeline_class=KERNEL)
 
 
 def load(kernels: Iterable) -> None:
@@ -57,7 +55,7 @@ def load(kernels: Iterable) -> None:
 
 def device(function):
     """Compile a function that kernels call; it has no wrapper for Python, which takes a quarter less time."""
-    return _compile(function, **_NO_WRAPPERS)
+    return _compile(function, pipeline_class=DEVICE, no_cpython_wrapper=True)
 
 
 def inlined(function):
@@ -66,7 +64,7 @@ def inlined(function):
     LLVM would keep all but the smallest apart, as it cannot know that there is a single caller; a call costs
     5 ns and what stands in registers. PATH is a quarter faster for it, and no slower to compile.
     """
-    return _compile(function, forceinline=True, **_NO_WRAPPERS)
+    return _compile(function, pipeline_class=DEVICE, no_cpython_wrapper=True, forceinline=True)
 
 
 class Entry:
@@ -79,17 +77,15 @@ class Entry:
 
     def __init__(self, function: Callable, outcome: bool = False) -> None:
         self.function = function
-        self._result = numba.types.int64 if outcome else numba.types.void
+        self._result = types.int64 if outcome else types.void
 
     @cached_property
     def _compiled(self):
-        signature = self._result(*[numba.types.int64] * 5)
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(cache.module_folder(self.function.__module__))
-        try:
-            return numba.cfunc(signature, cache=True, error_model="numpy")(self.function)
-        finally:
-            numba.config.CACHE_DIR = before
+        signature = (types.int64,) * 5, self._result
+        compiled = CFunc(self.function, signature, {}, {"error_model": "numpy"}, pipeline_class=KERNEL)
+        compiled._cache = FunctionCache(self.function)
+        compiled.compile()
+        return compiled
 
     @property
     def address(self) -> int:
