@@ -155,7 +155,7 @@ def main() -> None:
     for name, options in (combinations() | shortcuts()).items():
         if args.only not in name:
             continue
-        settings = ReuseSettings(**options)
+        settings = ReuseSettings(pilot=False, **options)
         start = time.process_time()
         pictures = [
             render(scene, SAMPLES, seed=1000 + seed, integrator="RESTIR", max_bounces=0, reuse=settings)

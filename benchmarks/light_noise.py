@@ -18,6 +18,7 @@ import numpy as np
 
 from testing.blender import kit, render
 from testing.blender.registry import Scene
+from testing.measures import noise
 
 SIZE, SAMPLES, SEEDS, BOUNCES = (128, 72), 16, 6, 4
 
@@ -120,12 +121,10 @@ def prepare(name: str) -> None:
     render.prepare(Scene(name, build, 0, 1, SIZE, limits))
 
 
-def noise(engine: str, samples: int, seeds: int) -> float:
-    """Variance of a picture between seeds, relative as relMSE is."""
+def noise_of(engine: str, samples: int, seeds: int) -> float:
+    """Noise of the current scene."""
     with render.quiet():
-        pictures = np.stack([render.render(engine, samples, seed)[..., :3] for seed in range(seeds)]).astype(np.float64)
-    each = (pictures.var(0, ddof=1) / (pictures.mean(0) ** 2 + 0.01)).mean(-1)
-    return float(np.sort(each.ravel())[: each.size - max(each.size // 1000, 1)].mean())
+        return noise(np.stack([render.render(engine, samples, seed)[..., :3] for seed in range(seeds)]))
 
 
 def main() -> None:
@@ -140,11 +139,11 @@ def main() -> None:
     render.register()
     for name in options.setups or SETUPS:
         prepare(name)
-        theirs = noise("CYCLES", options.samples, options.seeds)
+        theirs = noise_of("CYCLES", options.samples, options.seeds)
         row = []
         for integrator in ("PATH", "RESTIR"):
             bpy.context.scene.restir.integrator = integrator
-            row.append(noise("RESTIR", options.samples, options.seeds) / theirs)
+            row.append(noise_of("RESTIR", options.samples, options.seeds) / theirs)
         print(f"| {name} | {theirs:.4f} | {row[0]:.2f} | {row[1]:.2f} |", flush=True)
 
 

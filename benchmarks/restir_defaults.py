@@ -60,7 +60,9 @@ def main() -> None:
         reference = render(scene, 2048, seed=1, integrator="PATH", max_bounces=args.bounces)
         rows = {"PATH": {"integrator": "PATH"}}
         rows |= {
-            n: {"integrator": "RESTIR", "reuse": ReuseSettings(**s)} for n, s in variants().items() if args.only in n
+            name: {"integrator": "RESTIR", "reuse": ReuseSettings(pilot=False, **options)}
+            for name, options in variants().items()
+            if args.only in name
         }
         base = None
         for name, settings in rows.items():

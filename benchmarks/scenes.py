@@ -114,19 +114,115 @@ def lanterns(count: int = 400) -> None:
         kit.light("POINT", 0.6 * power, place, shadow_soft_size=0.03, color=color)
 
 
+def _scattering(color: tuple, radius: tuple, scale: float, **inputs) -> bpy.types.Material:
+    """A body in which light walks at random."""
+    return kit.principled(
+        Base_Color=(*color, 1.0), Subsurface_Weight=1.0, Subsurface_Radius=radius, Subsurface_Scale=scale, **inputs
+    )
+
+
+def slab() -> None:
+    """A plate of wax that a lamp lights from behind."""
+    plate = kit.put("cube", _scattering((0.9, 0.7, 0.5), (1.0, 0.6, 0.4), 0.2, Roughness=0.5), (0.0, 0.0, 1.0), 1.0)
+    plate.scale = 1.2, 0.1, 0.9
+    kit.floor()
+    kit.light("AREA", 200.0, (0.6, 2.5, 2.5), (0.0, 0.0, 1.0), size=1.0)
+
+
+def jade() -> None:
+    """A head of jade under an HDRI."""
+    stone = _scattering((0.35, 0.65, 0.4), (0.6, 1.0, 0.7), 0.15, Roughness=0.15)
+    monkey = kit.put("monkey", stone)
+    monkey.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
+    kit.camera((0.0, -3.2, 0.4), (0.0, 0.0, 0.0))
+    kit.hdri("courtyard", 1.0)
+
+
+def _things() -> None:
+    """What is lit in scenes that are about light."""
+    kit.put("monkey", kit.diffuse((0.8, 0.5, 0.3)), (-1.1, 0.0, 0.9), 0.8)
+    kit.put("ball", kit.principled(Base_Color=(0.3, 0.5, 0.8, 1.0), Roughness=0.3), (0.7, 0.4, 0.6), 0.6)
+    kit.put("cube", kit.diffuse((0.4, 0.7, 0.4)), (1.9, 0.2, 0.5), 0.5, rotation=(0, 0, 30))
+
+
+def _walls(*sides: tuple) -> None:
+    """Walls, each by the arguments of its plane's placing."""
+    wall = kit.diffuse((0.7, 0.7, 0.7))
+    for place, scale, rotation in sides:
+        kit.put("plane", wall, place, scale, rotation=rotation)
+
+
+CEILING, BACK, RIGHT = (
+    ((0, 0, 4), 4.0, (180, 0, 0)),
+    ((0, 4, 2), (4.0, 2.0, 1.0), (90, 0, 0)),
+    ((4, 0, 2), (2.0, 4.0, 1.0), (0, 90, 0)),
+)
+LEFT, FRONT = ((-4, 0, 2), (2.0, 4.0, 1.0), (0, 90, 0)), ((0, -4, 2), (4.0, 2.0, 1.0), (90, 0, 0))
+
+
+def room() -> None:
+    """A closed room with one lamp."""
+    kit.floor()
+    _things()
+    _walls(CEILING, BACK, RIGHT, LEFT, FRONT)
+    kit.camera((0.0, -3.8, 1.8), (0.2, 0.0, 1.0), lens=28)
+    kit.light("AREA", 120.0, (1.0, 0.5, 3.8), (1.0, 0.5, 0.0), size=0.5)
+
+
+def sun_and_sky() -> None:
+    """A sky and a sun on things outdoors."""
+    kit.floor()
+    _things()
+    kit.world(lambda node: node("Background", Color=node("TexSky", sun_disc=False), Strength=0.2))
+    kit.light("SUN", 3.0, (-3.0, -2.0, 4.0), angle=0.01)
+
+
+def window() -> None:
+    """A room that sky and sun reach through a window, and a lamp in it."""
+    kit.floor()
+    _things()
+    _walls(CEILING, BACK, RIGHT, FRONT)
+    _walls(((-4, -2.5, 2), (2.0, 1.5, 1.0), (0, 90, 0)), ((-4, 2.5, 2), (2.0, 1.5, 1.0), (0, 90, 0)))
+    kit.camera((0.0, -3.8, 1.8), (0.2, 0.0, 1.0), lens=28)
+    kit.world(lambda node: node("Background", Color=node("TexSky", sun_disc=False), Strength=0.2))
+    kit.light("SUN", 3.0, (-6.0, 1.0, 3.0), angle=0.01)
+    kit.light("POINT", 30.0, (1.5, -0.5, 2.5), shadow_soft_size=0.1)
+
+
+def screen() -> None:
+    """A luminous picture and a lamp."""
+    kit.floor()
+    _things()
+    pixels = np.zeros((64, 64, 4), np.float32)
+    pixels[..., 3] = 1.0
+    pixels[8:20, 8:20, :3], pixels[40:56, 30:34, :3] = (1.0, 0.2, 0.1), (0.1, 0.4, 1.0)
+    picture = kit.image("screen", pixels)
+    glow = kit.material(lambda node: node("Emission", Color=node("TexImage", image=picture), Strength=20.0))
+    kit.put("plane", glow, (-3.2, 0.5, 1.6), 1.2, rotation=(0, 90, 0))
+    kit.lamp(100)
+
+
+def glass() -> None:
+    """Things of glass, clear and rough, under an HDRI and a lamp."""
+    kit.floor()
+    for x, roughness in ((-1.4, 0.0), (0.0, 0.2), (1.4, 0.5)):
+        kit.put("ball", kit.material(lambda node, r=roughness: node("BsdfGlass", Roughness=r)), (x, 0.0, 0.6), 0.6)
+    kit.lamp()
+    kit.hdri("studio", 0.5)
+
+
 def _scene(build: Callable[[], None], size: tuple[int, int], bounces: int) -> Scene:
     limits = dict.fromkeys(("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces"), bounces)
     return Scene(build.__name__, build, 0, 1, size, limits)
 
 
+BUILDS = (
+    diffuse, skin, slab, jade, room, lanterns, screen, window, sun_and_sky, glass, all_lobes, million_triangles,
+)  # fmt: skip
+
+
 def prepare(name: str, size: tuple[int, int] = (640, 360)) -> None:
     """Build the scene of this name in an empty file."""
-    builds = {
-        "diffuse": (diffuse, 4),
-        "skin": (skin, 4),
-        "all_lobes": (all_lobes, 8),
-        "million_triangles": (million_triangles, 4),
-        "lanterns": (lanterns, 4),
-    }
+    builds = {build.__name__: (build, 8 if build in (all_lobes, glass) else 4) for build in BUILDS}
     build, bounces = builds[name]
     render.prepare(_scene(build, size, bounces))

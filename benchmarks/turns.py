@@ -3,8 +3,9 @@
     python benchmarks/turns.py FILE.blend
 
 A line of JSON in is a render {"integrator", "samples", "seed", "picture"}; a line of JSON out, behind MARK, is its
-{"seconds", "processor"} (seconds of the wall and of all threads). `picture` is a path to write an EXR to, or null.
-It uses nothing but what every version of the engine has: Blender, its operators, and the names of a few settings.
+{"seconds", "processor"} (seconds of the wall and of all threads). `picture` is a path to write an EXR to, or null. The
+integrator CYCLES is the other engine. It uses nothing but what every version of the engine has: Blender, its operators,
+and the names of a few settings.
 """
 
 import json
@@ -41,7 +42,11 @@ def render(scene, integrator: str, samples: int, seed: int, picture: str | None)
     """Seconds of a render of the current scene."""
     import bpy
 
-    scene.restir.integrator, scene.restir.samples, scene.restir.seed = integrator, samples, seed
+    scene.render.engine = "CYCLES" if integrator == "CYCLES" else "RESTIR"
+    if integrator != "CYCLES":
+        scene.restir.integrator = integrator
+    for settings in (scene.restir, scene.cycles):
+        settings.samples, settings.seed = samples, seed
     scene.render.filepath = picture or ""
     start, processor = time.perf_counter(), time.process_time()
     bpy.ops.render.render(write_still=picture is not None)

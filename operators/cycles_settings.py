@@ -13,6 +13,9 @@ from ..restir_engine.sync.left_out import scene_lines
 COPIED = {
     "seed": "seed",
     "time_limit": "time_limit",
+    "use_adaptive_sampling": "use_adaptive_sampling",
+    "adaptive_threshold": "adaptive_threshold",
+    "adaptive_min_samples": "adaptive_min_samples",
     "use_denoising": "use_denoising",
     "denoising_quality": "denoising_quality",
     "max_bounces": "max_bounces",
@@ -32,9 +35,8 @@ COPIED = {
     "filter_width": "filter_width",
 }
 # Copied only when the artist has set them, since Cycles' defaults mean something else: its 4096 samples are a bound
-# that adaptive sampling seldom reaches.
+# that its threshold seldom lets it reach.
 COPIED_WHEN_SET = {"samples": "samples", "use_animated_seed": "use_animated_seed"}
-ADAPTIVE_SAMPLES = 1024  # the most that is copied of a number that adaptive sampling would have cut short
 
 
 def copy_settings(scene: bpy.types.Scene, keep_changed: bool) -> list[str]:
@@ -50,11 +52,7 @@ def copy_settings(scene: bpy.types.Scene, keep_changed: bool) -> list[str]:
     for theirs, ours in (COPIED | when_set).items():
         if not (keep_changed and own.is_property_set(ours)) and hasattr(cycles, theirs):
             setattr(own, ours, getattr(cycles, theirs))
-    lines = [f"{kind} “{name}”: {text}" for kind, name, text in scene_lines(scene, scene.view_layers)]
-    if cycles.use_adaptive_sampling and own.samples > ADAPTIVE_SAMPLES and "samples" in when_set:
-        own.samples = ADAPTIVE_SAMPLES
-        lines.append(f"Scene “{scene.name}”: adaptive sampling is left out; Samples is set to {ADAPTIVE_SAMPLES}")
-    return lines
+    return [f"{kind} “{name}”: {text}" for kind, name, text in scene_lines(scene, scene.view_layers)]
 
 
 def initialize(scene: bpy.types.Scene) -> None:

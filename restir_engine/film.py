@@ -1,4 +1,7 @@
-"""The film: sums of what kernels write for each pixel, and the passes made of them."""
+"""The film: sums of what kernels write for each pixel, and the passes made of them.
+
+With adaptive sampling pixels have unlike numbers of samples: each is divided by its own.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +9,25 @@ import numpy as np
 
 from .kernels.core import records as rec
 from .kernels.core.memory import address
-from .settings import PASS_BY_NAME, Pass
+from .settings import PASS_BY_NAME, SAMPLE_COUNT, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it
 
 
 class Film:
-    """Pixels of `width` × `height` for a list of passes; every pixel holds sums over its `samples`."""
+    """Pixels of `width` × `height` for a list of passes; every pixel holds sums over its samples.
+
+    samples: how many have been taken of the pixels that have most. After `count_pixels`, `counts` (height, width) has
+    the number of each pixel and `active` tells which are sampled on; before, both are None and all pixels are alike.
+    """
 
     def __init__(self, width: int, height: int, passes: list[Pass], exposure: float = 1.0) -> None:
         self.width, self.height = width, height
         self.passes = passes
         self.exposure = exposure
         self.samples = 0
+        self.counts: np.ndarray | None = None
+        self.active: np.ndarray | None = None
         self._offsets: dict[str, int] = {}
         channels = 0
         for item in passes:
@@ -38,6 +47,7 @@ class Film:
         for item in self.passes:
             if item.field:
                 record[item.field] = self._offsets[item.name]
+        record["active"] = 0
         record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
         record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
         record["crypto_slots"] = max((2 * len(names) for kind, names in self._slots.items() if kind), default=0)
@@ -47,6 +57,26 @@ class Film:
     def record(self) -> np.void:
         """The FILM record for kernels."""
         return self._record[0]
+
+    def count_pixels(self) -> None:
+        """Count the samples of each pixel from now on; all are active."""
+        self.counts = np.zeros((self.height, self.width), np.int32)
+        self.active = np.ones((self.height, self.width), bool)
+        self._record[0]["active"] = address(self.active)
+
+    def sample_only(self, active: np.ndarray) -> None:
+        """From now on sample these pixels only, bool (height, width)."""
+        self.active[:] = active
+
+    def add_samples(self, count: int) -> None:
+        """Note that the active pixels have been given so many samples more."""
+        self.samples += count
+        if self.counts is not None:
+            self.counts += np.int32(count) * self.active
+
+    def _samples_of_pixels(self) -> np.ndarray | int:
+        """Samples (height, width, 1) of each pixel, or of all; at least 1."""
+        return max(self.samples, 1) if self.counts is None else np.maximum(self.counts, 1)[..., None]
 
     def sums(self, name: str) -> np.ndarray:
         """The accumulated values of a pass, a view (height, width, channels)."""
@@ -58,17 +88,20 @@ class Film:
         item = PASS_BY_NAME[name]
         if item.slots:
             return self._mattes(item)
+        if name == SAMPLE_COUNT:
+            counts = np.full((self.height, self.width), self.samples) if self.counts is None else self.counts
+            return counts[..., None].astype(np.float32)
         result = self.sums(name).copy()
         if not item.averaged:
             if name == "Depth":
                 result[result == 0.0] = FAR
             return result
-        scale = 1.0 / max(self.samples, 1)
+        scale = np.float32(1.0) / self._samples_of_pixels()
         if item.divide:
             divisor = self.sums(item.divide)
             result = np.divide(result, divisor, out=np.zeros_like(result), where=divisor != 0.0)
             scale = 1.0
-        result *= scale
+        result *= np.asarray(scale, np.float32)
         if name == "Combined":
             result[:, :, 3] = np.clip(1.0 - result[:, :, 3], 0.0, 1.0)
             result[:, :, :3] *= self.exposure
@@ -86,5 +119,5 @@ class Film:
         order = np.argsort(-slots[..., 1], axis=2, kind="stable")
         first = 2 * names.index(item.name)
         ranked = np.take_along_axis(slots, order[:, :, first : first + 2, None], axis=2)
-        ranked[..., 1] *= 1.0 / max(self.samples, 1)
+        ranked[..., 1] *= np.float32(1.0) / self._samples_of_pixels()
         return ranked.reshape(self.height, self.width, 4)

@@ -59,8 +59,14 @@ SCENE_OPTIONS: dict[str, Option] = {
         "How light is found. Both give the same picture; in the same time their noise differs",
         choices=(
             ("PATH", "Path Tracing", "Each path from the camera on its own: the reference"),
-            ("RESTIR", "ReSTIR", "Light samples are chosen from many points on all lights"),
+            (
+                "RESTIR",
+                "ReSTIR",
+                "Light samples are chosen from many points on all lights, where that is better; a short trial at the "
+                "start of the render tells",
+            ),
         ),
+        default="RESTIR",
     ),
     "samples": Option(
         "Samples",
@@ -76,6 +82,24 @@ SCENE_OPTIONS: dict[str, Option] = {
         soft_max=128,
         max=4096,
         default=32,
+    ),
+    "use_adaptive_sampling": Option(
+        "Noise Threshold",
+        "Stop sampling pixels whose noise is small enough. Such pixels are darker on average, by less than 0.1 % at "
+        "the usual threshold, because some stop before they have seen something rare and bright",
+    ),
+    "adaptive_threshold": Option(
+        "Noise Threshold",
+        "How much noise may remain, as Cycles measures it. Half of it takes about four times as long",
+        min=1e-4,
+        soft_max=0.5,
+        max=1.0,
+    ),
+    "adaptive_min_samples": Option(
+        "Min Samples",
+        "Paths that each pixel gets in any case. 0 chooses by the noise threshold",
+        soft_max=1024,
+        max=4096,
     ),
     "time_limit": Option(
         "Time Limit", "Stop rendering after this time, with the samples taken so far. 0 is no limit", unit="TIME"
@@ -229,6 +253,11 @@ VIEW_LAYER_OPTIONS: dict[str, Option] = {
         "Deliver how much of the light samples at the first surfaces is visible, from 0 (in shadow) to 1, by color "
         "channel. Alpha is the share of samples that found a light. Needs the integrator ReSTIR and "
         "scene.restir.reuse.visibility = REUSED or ESTIMATED, which scripts can set",
+        default=False,
+    ),
+    "use_pass_sample_count": Option(
+        "Sample Count",
+        "Deliver how many samples each pixel got: with a noise threshold noisy pixels get more",
         default=False,
     ),
     "use_pass_denoising": Option(

@@ -16,6 +16,13 @@ def _option(default, label: str, text: str, **more):
 class ReuseSettings:
     """Light samples of RESTIR and how they are reused; `scene.restir.reuse` has properties of these names."""
 
+    pilot: bool = _option(
+        True,
+        "Choose by Trial",
+        "Where nothing is reused, a small picture at the start shows whether many points or path tracing's own choice "
+        "have less noise in the same time. Off is for comparisons: always from tiles",
+        panel=True,
+    )
     light_candidates: int = _option(
         64,
         "Light Candidates",
@@ -24,6 +31,12 @@ class ReuseSettings:
         min=1,
         soft_max=256,
         max=1024,
+    )
+    later_tiles: bool = _option(
+        True,
+        "Later Bounces",
+        "Light samples after the first surface, too, are chosen from many points. Off leaves them to path tracing's "
+        "own choice. Measured: off is a little faster and leaves 1.2 to 4 times the variance",
     )
     light_samples: int = _option(
         2,

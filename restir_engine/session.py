@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .adaptive import Convergence
 from .context import FrameContext
 from .denoise import denoise
 from .film import Film
@@ -38,7 +39,7 @@ TILE = 32  # pixels
 POLL = 0.05  # seconds between looks at the cancel flag
 INTEGRATORS = {
     "PATH": (".integrators.path", "PathIntegrator"),
-    "RESTIR": (".integrators.restir.integrator", "RestirIntegrator"),
+    "RESTIR": (".integrators.restir.choice", "integrator_of"),
 }
 BATCH_SECONDS = 0.5  # what a pass over all tiles aims at, so that frames appear and Esc answers
 
@@ -231,9 +232,12 @@ class Session:
         tiles = self._tiles()
         self._first_sample = time.perf_counter()
         limit = self.settings.time_limit
+        convergence = Convergence(self.film, self.settings) if self.settings.use_adaptive_sampling else None
         batch = 1
         while self.film.samples < self.settings.samples:
             batch = min(batch, self.settings.samples - self.film.samples)
+            if convergence:
+                batch = min(batch, convergence.left)
             began = time.perf_counter()
             backup = self.film.pixels.copy() if self.film.samples else None
             complete = False
@@ -245,8 +249,10 @@ class Session:
             if not complete:
                 on_frame(self)
                 return False
-            self.film.samples += batch
+            self.film.add_samples(batch)
             on_frame(self)
+            if convergence and convergence.add():
+                break
             now = time.perf_counter()
             per_sample = (now - began) / batch
             if limit and now - start >= limit:
@@ -261,7 +267,7 @@ class Session:
         if backup is not None:
             self.film.pixels[:] = backup
         elif self.film.pixels.any():
-            self.film.samples = samples
+            self.film.add_samples(samples)
 
     def _batch(self, integrator, pool, threads, tiles, samples, start, cancelled, on_progress) -> bool:
         """One batch of samples on every tile; False when it was cancelled."""

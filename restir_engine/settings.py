@@ -23,7 +23,7 @@ class Mist(NamedTuple):
 class RenderSettings:
     """What the artist asked for. Clamps and thresholds of 0 are off; a time limit of 0 is none."""
 
-    integrator: str = "PATH"  # PATH, RESTIR
+    integrator: str = "PATH"  # PATH, RESTIR: what a scene has unless it is changed
     samples: int = 128
     seed: int = 0
     time_limit: float = 0.0  # seconds
@@ -59,6 +59,9 @@ class RenderSettings:
     mist: Mist = field(default_factory=Mist)
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
+    use_adaptive_sampling: bool = False
+    adaptive_threshold: float = 0.01  # of the noise, as Cycles measures it
+    adaptive_min_samples: int = 0  # 0: by the threshold
     reuse: ReuseSettings = field(default_factory=ReuseSettings)  # RESTIR
     passes: frozenset[str] = frozenset({"Combined"})
 
@@ -123,6 +126,8 @@ def _cryptomattes(kind: str) -> list[Pass]:
     ]
 
 
+SAMPLE_COUNT = "Debug Sample Count"  # as Cycles names it
+
 PASSES: tuple[Pass, ...] = (
     Pass("Combined", "Combined", "combined", "RGBA", "COLOR", "use_pass_combined", light=True),
     Pass("Depth", "Depth", "depth", "Z", "VALUE", "use_pass_z", averaged=False),
@@ -143,6 +148,7 @@ PASSES: tuple[Pass, ...] = (
     *(_subsurface(part) for part in ("", "Boundary", "Single", "Multiple")),
     # V̄ by channel, and the share of the samples that have one; both by all samples (associated alpha).
     Pass("Visibility Estimate", "Visibility", "", "RGBA", "COLOR", "", own="use_pass_visibility"),
+    Pass(SAMPLE_COUNT, SAMPLE_COUNT, "", "X", "VALUE", "", own="use_pass_sample_count", averaged=False),
     Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", "", own="use_pass_denoising"),
     Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", "", own="use_pass_denoising"),
     # Last, since they are no sums.

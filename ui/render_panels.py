@@ -31,6 +31,22 @@ class RESTIR_RENDER_PT_sampling(RestirPanel, bpy.types.Panel):
         column.operator("restir.settings_from_cycles", icon="IMPORT")
 
 
+class RESTIR_RENDER_PT_adaptive(RestirPanel, bpy.types.Panel):
+    """Stopping where the picture is smooth enough"""
+
+    bl_label = "Noise Threshold"
+    bl_parent_id = "RESTIR_RENDER_PT_sampling"
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.restir, "use_adaptive_sampling", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        own, column = context.scene.restir, self.column()
+        column.active = own.use_adaptive_sampling
+        column.prop(own, "adaptive_threshold", text="Threshold")
+        column.prop(own, "adaptive_min_samples")
+
+
 class RESTIR_RENDER_PT_denoising(RestirPanel, bpy.types.Panel):
     """Removing what noise remains"""
 
@@ -189,6 +205,7 @@ class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):
         column.prop(layer.restir, "use_pass_volume")
         column.prop(layer.restir, "use_pass_subsurface")
         column.prop(layer.restir, "use_pass_denoising")
+        column.prop(layer.restir, "use_pass_sample_count")
         visibility = column.column()
         visibility.active = carries_visibility(context.scene.restir)
         visibility.prop(layer.restir, "use_pass_visibility")
@@ -245,6 +262,7 @@ class RESTIR_VIEWLAYER_PT_override(RestirPanel, bpy.types.Panel):
 
 CLASSES = (
     RESTIR_RENDER_PT_sampling,
+    RESTIR_RENDER_PT_adaptive,
     RESTIR_RENDER_PT_denoising,
     RESTIR_RENDER_PT_resampling,
     RESTIR_RENDER_PT_light_paths,

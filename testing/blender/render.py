@@ -40,12 +40,12 @@ SHARED = (
     ("pixel_filter", "pixel_filter_type", "BLACKMAN_HARRIS"),
     ("filter_width", "filter_width", 1.5),
     ("use_denoising", "use_denoising", False),
+    ("use_adaptive_sampling", "use_adaptive_sampling", False),
     ("use_animated_seed", "use_animated_seed", False),
 )
 # What only Cycles has, and has to leave out.
 CYCLES = {
     "device": "CPU",
-    "use_adaptive_sampling": False,
     "use_guiding": False,
     "use_fast_gi": False,
     "texture_limit_render": "OFF",
@@ -72,6 +72,7 @@ def prepare(item: Scene) -> None:
         value = item.settings.get(ours, value)
         setattr(scene.cycles, theirs, value)
         setattr(scene.restir, ours, value)
+    scene.restir.integrator = "PATH"
     kit.assign(scene.restir, {name: value for name, value in item.settings.items() if hasattr(scene.restir, name)})
     scene.restir.is_initialized = True
     item.build()

@@ -65,7 +65,7 @@ def _frame(at: dict[str, int], size: int) -> Scene:
 
 def reuse_of(**options) -> ReuseSettings:
     """Reuse with one light sample a frame, where what history does shows best."""
-    return ReuseSettings(light_samples=1, **options)
+    return ReuseSettings(pilot=False, light_samples=1, **options)
 
 
 def frames_of(scenes, seed: int, reuse: ReuseSettings, samples: int = 1, look_at=None):

@@ -20,14 +20,14 @@ atexit.register(engine.unregister)  # bpy 4.5 can hang at exit while classes are
 
 @pytest.fixture
 def scene():
-    """An empty file whose scene uses the engine at 16 × 16 pixels and one sample, without a camera."""
+    """An empty file whose scene uses the engine at 16 × 16 pixels and one sample of PATH, without a camera."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     engine.register()
     scene = bpy.context.scene
     scene.render.engine = "RESTIR"
     scene.render.resolution_x = scene.render.resolution_y = 16
     scene.render.resolution_percentage = 100
-    scene.restir.samples = 1
+    scene.restir.samples, scene.restir.integrator = 1, "PATH"
     return scene
 
 

@@ -247,7 +247,7 @@ def test_both_integrators_render_the_same_passes(lit, written):
     lit.collection.objects.link(lamp)
     layer = lit.view_layers[0]
     layer.use_pass_diffuse_direct = layer.use_pass_diffuse_indirect = layer.use_pass_environment = True
-    lit.restir.samples = 64
+    lit.restir.samples, lit.restir.reuse.pilot = 64, False
     for integrator in ("PATH", "RESTIR"):
         lit.restir.integrator = integrator
         bpy.ops.render.render()

@@ -135,8 +135,21 @@ def test_button_lists_what_has_no_counterpart(extension):
     bpy.ops.restir.settings_from_cycles()
     log = sys.modules[NAME + ".restir_engine.warning_log"]
     text = "\n".join(log.lines(scene.name))
-    assert "motion blur" in text and "Vector" in text and "adaptive sampling" in text
-    assert scene.restir.samples == 1024
+    assert "motion blur" in text and "Vector" in text
+    assert scene.restir.samples == 4096
+
+
+def test_a_new_scene_has_the_integrator_that_chooses_and_the_noise_threshold_of_cycles(extension):
+    scene = bpy.context.scene
+    assert scene.restir.integrator == "RESTIR" and not scene.restir.use_adaptive_sampling
+    scene.cycles.adaptive_threshold, scene.cycles.adaptive_min_samples = 0.05, 24
+    bpy.ops.restir.settings_from_cycles()
+    own = scene.restir
+    assert (own.use_adaptive_sampling, own.adaptive_min_samples) == (True, 24)
+    assert own.adaptive_threshold == pytest.approx(0.05)
+    scene.cycles.use_adaptive_sampling = False
+    bpy.ops.restir.settings_from_cycles()
+    assert not own.use_adaptive_sampling
 
 
 def test_diagnostics_name_versions(extension):

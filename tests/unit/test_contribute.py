@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from restir_engine.kernels.core import records as rec
+from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene.mesh import Mesh
 from restir_engine.session import Session
 from restir_engine.settings import PASSES, RenderSettings
@@ -17,7 +18,7 @@ from testing.scenes.shapes import ball
 PACKAGE = Path(__file__).resolve().parents[2] / "restir_engine"
 DOOR = PACKAGE / "kernels" / "film"
 OUTSIDE = sorted(p for p in PACKAGE.rglob("*.py") if DOOR not in p.parents)
-SIZES = {"pixels", "width", "height", "channels"}  # of the film: where a pixel is
+SIZES = {"pixels", "width", "height", "channels", "active"}  # of the film: where a pixel is, whether it is sampled
 PASS_OFFSETS = set(rec.FILM.names) - SIZES
 WRITERS = {"add1", "add3"}  # of kernels.film
 
@@ -84,7 +85,7 @@ def skin_scene():
 
 
 SCENES = {"room": lambda: rooms.picture_scene("all", 16), "medium": medium_scene, "skin": skin_scene}
-METHODS = [("PATH", {}), ("PATH", {"sss_method": "HYBRID"}), ("RESTIR", {})]
+METHODS = [("PATH", {}), ("PATH", {"sss_method": "HYBRID"}), ("RESTIR", {"reuse": ReuseSettings(pilot=False)})]
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from restir_engine.kernels.core.records import MAX_MEDIA
+from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene.lamps import point_lamp, sun_lamp
 from testing.scenes.lights import matrix
 from testing.scenes.media import along_y, cube, medium, picture, stage
@@ -133,7 +134,8 @@ def test_restir_finds_the_media_around_its_vertices():
         cube(b, medium(absorption=(0.1, 0.3, 0.6), scattering=(0.2, 0.1, 0.1)))
         b.add(QUAD, diffuse((0.8, 0.7, 0.6)), scaled(matrix((0.0, 0.0, -0.5)), 0.9, 0.9, 1.0))
         scene = b.finish(look((0.3, -3.0, 1.6), (0.0, 0.0, -0.4), 16))
-        return render(scene, 32, integrator=integrator, seed=seed, volume_bounces=2).mean((0, 1))
+        tiles = ReuseSettings(pilot=False)
+        return render(scene, 32, integrator=integrator, reuse=tiles, seed=seed, volume_bounces=2).mean((0, 1))
 
     path, restir = (np.stack([image(name, seed) for seed in range(4)]) for name in ("PATH", "RESTIR"))
     error = np.hypot(*(x.std(0, ddof=1) / 2.0 for x in (path, restir)))

@@ -86,7 +86,7 @@ REUSE = {
 
 def reusing(options: dict) -> dict:
     """Settings of RESTIR with these options of reuse."""
-    return {"integrator": "RESTIR", "reuse": ReuseSettings(**options)}
+    return {"integrator": "RESTIR", "reuse": ReuseSettings(pilot=False, **options)}
 
 
 @pytest.mark.parametrize("reuse", REUSE)

@@ -10,6 +10,7 @@ from ...kernels.core import rng
 from ...kernels.core.jit import kernel
 from ...kernels.core.memory import address
 from ...kernels.core.records import CAMERA, FILM, INTEGRATOR, SCENE
+from ...kernels.film.frame_pixels import is_active
 from ...kernels.path.state import GOES_ON, start_path
 from ..base import Integrator, Stage, Tile
 from .trace import trace_path
@@ -22,6 +23,8 @@ def render_tile(
     """Add `samples` samples to each pixel of a tile; returns the number of paths."""
     for y in range(y0, y1):
         for x in range(x0, x1):
+            if not is_active(film, x, y):
+                continue
             pixel = film.pixels + 4 * film.channels * (y * film.width + x)
             key = rng.key(integrator.seed, x, y, 0)
             for sample in range(first_sample, first_sample + samples):

@@ -17,7 +17,7 @@ from ...kernels.core.records import (
     shading_point_at,
     tile_point,
 )
-from ...kernels.film.frame_pixels import clear_pixel
+from ...kernels.film.frame_pixels import clear_pixel, is_active
 from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
 from ...kernels.lobes import bsdf_has_eval
 from ...kernels.lobes.closure import LOBE_SUBSURFACE
@@ -71,11 +71,13 @@ def gbuffer_tile(
             index = y * frame.width + x
             pixel = frame.pixels + 4 * frame.channels * index
             clear_pixel(pixel, frame.channels)
+            kept = shading_point_at(frame.points, index)
+            kept.instance = -1
+            if not is_active(film, x, y):
+                continue
             key = rng.key(integrator.seed, x, y, 0)
             has_ray = start_path(camera, integrator, scratch, pixel, key, sample, x, y)
             path.mean_visibility = frame.mean_visibilities + MEAN_VISIBILITY_BYTES * index
-            kept = shading_point_at(frame.points, index)
-            kept.instance = -1
             if not has_ray or not _first_vertex(scene, camera, integrator, film, scratch, path, sp):
                 continue
             if used + sp.n_closures <= capacity:

@@ -47,6 +47,7 @@ class RestirIntegrator(Integrator):
         count = tile_count(film.width * film.height)
         tiles = LightTiles(context.scene, count, candidates=options.light_candidates)
         super().__init__(context.with_tiles(tiles), settings, film)
+        self._later = self.context if options.later_tiles else context  # for all but the vertex that is resampled
         self.history = history
         self.reuse = Reuse(options, direct_technique(options))
         self.frame = self._new_frame()
@@ -98,7 +99,7 @@ class RestirIntegrator(Integrator):
         self.context.fill_tiles(seed, scratch, *tiles)
 
     def _gbuffer(self, tile: Tile, scratch: np.ndarray) -> None:
-        context, frame = self.context, self.frame
+        context, frame = self._later, self.frame
         closures = 0
         while True:
             pool = frame.pool(tile, closures)
@@ -115,7 +116,7 @@ class RestirIntegrator(Integrator):
         candidates_tile(self.context.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
 
     def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
-        context = self.context
+        context = self._later
         args = (context.record, context.camera_record, self.record[0], self.film.record, self.frame.record)
         shade_tile(*args, address(scratch), self.reuse.settings.exit_lights, *tile)
 

@@ -1,9 +1,18 @@
-"""The pixels of a frame in progress: they begin at 0, gather what its kernels contribute, and end in the film."""
+"""The pixels of a frame in progress: they begin at 0, gather what its kernels contribute, and end in the film.
+
+And which of them are sampled at all.
+"""
 
 from ..core.jit import device, inlined
-from ..core.memory import load_f32, store_f32
+from ..core.memory import load_f32, load_u8, store_f32
 from .contribute import add1
 from .cryptomatte import merge_slots
+
+
+@inlined
+def is_active(film, x, y):
+    """Whether a pixel of the film is to be sampled: adaptive sampling is not done with it."""
+    return film.active == 0 or load_u8(film.active, y * film.width + x) != 0
 
 
 @inlined

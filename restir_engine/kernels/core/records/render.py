@@ -8,6 +8,7 @@ FILM = record(
     "width",
     "height",
     "channels",
+    "active",  # bool [height, width], which pixels are to be sampled on; 0: all
     # Offset of each pass in a pixel, -1: not wanted. Names are `Pass.field` of settings.PASSES.
     "combined",
     "depth",

@@ -1,0 +1,141 @@
+"""Which way of lighting serves a scene best, when RESTIR is asked for and nothing is reused.
+
+Light tiles find the lights that matter among many and the bright parts of a picture; under one lamp, or where most of
+the light is behind walls, they bring nothing for the time they take. All WAYS have the same mean. Before a render each
+draws a few samples of a small picture of the scene, and the render is of the one with the least noise in the same time.
+The choice depends on these samples and on what ways are known to cost, not on a clock: a seed gives one picture.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...context import FrameContext
+from ...film import Film
+from ...kernels.core.records import SCENE_HAS_SUBSURFACE
+from ...scene.camera import Camera
+from ...scene.scene import Scene
+from ...settings import RenderSettings, required_passes
+from ..base import Integrator
+from ..path.integrator import PathIntegrator
+from ..resampling.history import History
+from .integrator import RestirIntegrator
+
+log = logging.getLogger(__name__)
+
+
+class Way(NamedTuple):
+    """An integrator, what it changes in ReuseSettings, and its processor time by PATH's.
+
+    Walks below surfaces take most of the time of all: `with_walks` is that of scenes that have them.
+    """
+
+    name: str
+    kind: type[Integrator]
+    changes: dict
+    cost: float
+    with_walks: float
+
+
+WAYS = (
+    Way("path tracing", PathIntegrator, {}, 1.0, 1.0),
+    Way("light tiles", RestirIntegrator, {}, 2.3, 1.9),
+    Way("light tiles, fewer samples", RestirIntegrator, {"light_samples": 1, "exit_lights": 1}, 2.0, 1.45),
+)
+
+# Noise is that of means of BATCH samples: they are stratified, some ways gain more by it than others.
+BATCH, BATCHES = 4, 2
+# Pixels of the small picture: so many that it tells (else tiles are taken), so few that it takes 5 % of the render.
+MOST, FEWEST, SHARE = 1500, 250, 0.05
+TRIAL_SEED = 0x5EED  # the render's own random numbers must have no say in the choice
+
+
+def integrator_of(
+    context: FrameContext, settings: RenderSettings, film: Film, history: History | None = None
+) -> Integrator:
+    """The integrator of a render that asks for RESTIR."""
+    reuse = settings.reuse
+    if not reuse.pilot or reuse.temporal or reuse.rounds or "Visibility Estimate" in settings.passes:
+        return RestirIntegrator(context, settings, film, history)
+    if not has_choice(context.scene):
+        return PathIntegrator(context, settings, film)
+    walks = context.scene.record["flags"] & SCENE_HAS_SUBSURFACE
+    costs = [way.with_walks if walks else way.cost for way in WAYS]
+    samples = BATCH * BATCHES * sum(costs)
+    pixels = min(MOST, int(SHARE * film.width * film.height * settings.samples / samples))
+    if pixels < FEWEST:
+        return RestirIntegrator(context, settings, film, history)
+    small = FrameContext(context.scene, smaller(context.camera, pixels))
+    noises = compare(small, replace(settings, seed=settings.seed ^ TRIAL_SEED))
+    worth = [noise * cost for noise, cost in zip(noises, costs, strict=True)]
+    log.debug("Noise × time: %s", ", ".join(f"{way.name} {x:.3g}" for way, x in zip(WAYS, worth, strict=True)))
+    chosen = WAYS[worth.index(min(worth))]
+    return chosen.kind(context, _with(settings, chosen), film)
+
+
+def has_choice(scene: Scene) -> bool:
+    """Whether there is anything to choose among: more than one lamp, luminous meshes, a world that is sampled."""
+    lights = scene.lights.record
+    return scene.record["n_lights"] > 1 or lights["triangles"] > 0.0 or lights["world"] > 0.0
+
+
+def smaller(camera: Camera, pixels: int) -> Camera:
+    """The same view with about so many pixels in what is rendered of it."""
+    width, height = camera.film_size
+    scale = min(1.0, math.sqrt(pixels / (width * height)))
+    changes = {"width": max(1, round(scale * camera.width)), "height": max(1, round(scale * camera.height))}
+    if camera.region:
+        x, y = (int(scale * corner) for corner in camera.region[:2])
+        changes["region"] = (x, y, max(1, round(scale * width)), max(1, round(scale * height)))
+    return replace(camera, **changes)
+
+
+def compare(context: FrameContext, settings: RenderSettings) -> list[float]:
+    """The noise of each of WAYS in a picture: variance over (mean² + 0.01), without the worst 0.1 % of the pixels."""
+    width, height = context.camera.film_size
+    means = []
+    for way in WAYS:
+        film = Film(width, height, required_passes(frozenset(), False))
+        integrator = way.kind(context, _with(settings, way), film)
+        integrator.prepare()
+        means.append(np.stack([_mean(integrator, film, BATCH * k) for k in range(BATCHES)]))
+    mean = _blurred(np.concatenate(means).mean(0))
+    return [_noise(each, mean) for each in means]
+
+
+def _with(settings: RenderSettings, way: Way) -> RenderSettings:
+    return replace(settings, reuse=replace(settings.reuse, **way.changes))
+
+
+def _mean(integrator: Integrator, film: Film, first_sample: int) -> np.ndarray:
+    """The mean of BATCH samples, (height, width, 3)."""
+    film.pixels[:] = 0.0
+    scratch = integrator.scratch()
+    step = min(BATCH, integrator.max_batch)
+    for sample in range(first_sample, first_sample + BATCH, step):
+        for stage in integrator.stages(sample, step):
+            for item in [(0, 0, film.width, film.height)] if stage.items is None else stage.items:
+                stage.run(item, scratch)
+            stage.finish()
+    return film.sums("Combined")[..., :3] / BATCH
+
+
+def _noise(means: np.ndarray, mean: np.ndarray) -> float:
+    """See `compare`; means: (BATCHES, height, width, 3)."""
+    each = (means.var(0, ddof=1) / (mean**2 + 0.01)).mean(2).ravel()
+    each = np.sort(each[np.isfinite(each)])
+    return float(each[: each.size - each.size // 1000].mean()) if each.size else 0.0
+
+
+def _blurred(picture: np.ndarray) -> np.ndarray:
+    """Each pixel with its neighbors: single ones may be bright by chance."""
+    for axis in (0, 1):
+        width = [(1, 1) if k == axis else (0, 0) for k in range(3)]
+        padded, n = np.pad(picture, width, "edge"), picture.shape[axis]
+        picture = sum(np.take(padded, range(k, k + n), axis) for k in range(3)) / 3.0
+    return picture
