@@ -1,7 +1,9 @@
-"""This engine and Cycles on the same scenes in one run, as a Markdown table: `python -m benchmarks.against_cycles`.
+"""This engine and Cycles on the same scenes in one run, as Markdown: `python -m benchmarks.against_cycles`.
 
-Seconds are those of `bpy.ops.render.render()`, everything included, once kernels and caches are warm; a ratio above 1
-speaks for this engine.
+First the noise of every scene by Cycles, PATH and RESTIR after 1, 4 and 16 seconds, with `--against CHECKOUT` also by
+the integrators of an older build (see `equal_time`): a ratio below 1 speaks for what stands in the row. Then speed,
+reading, memory and start: seconds are those of `bpy.ops.render.render()`, everything included, once kernels and caches
+are warm, and a ratio above 1 speaks for this engine.
 """
 
 from __future__ import annotations
@@ -15,17 +17,16 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import bpy
 
 from testing.blender import render
-from testing.measures import relmse
 
-from . import scenes
+from . import equal_time, scenes
 
-SIZE, SMALL = (640, 360), (192, 108)
+SIZE = (640, 360)
 SAMPLES = {"diffuse": 32, "all_lobes": 16}
-ERROR_SAMPLES, REFERENCE_SAMPLES = 32, 2048
 ROUNDS = 3
 ENGINES = ("CYCLES", "RESTIR")
 Row = tuple[str, float | None, float, str]  # what, Cycles, ours, unit
@@ -57,18 +58,6 @@ def speed(name: str) -> Iterator[Row]:
     rounds = [[timed(engine, SAMPLES[name])[1] for engine in ENGINES] for _ in range(ROUNDS)]
     rates = (SIZE[0] * SIZE[1] * SAMPLES[name] / seconds / 1e6 for seconds in map(min, zip(*rounds, strict=True)))
     yield f"{name}: samples", *rates, "10⁶/s"
-
-
-def error(name: str) -> Iterator[Row]:
-    """relMSE against converged Cycles after equal seconds."""
-    scenes.prepare(name, SMALL)
-    reference, _ = timed("CYCLES", REFERENCE_SAMPLES, 99)
-    theirs, seconds = timed("CYCLES", ERROR_SAMPLES)
-    timed("RESTIR", 1)
-    _, trial = timed("RESTIR", ERROR_SAMPLES)
-    ours, our_seconds = timed("RESTIR", max(1, round(ERROR_SAMPLES * seconds / trial)), 1)
-    yield f"{name}: seconds spent", seconds, our_seconds, "s"
-    yield f"{name}: relMSE after them", relmse(theirs, reference), relmse(ours, reference), ""
 
 
 def reading() -> Iterator[Row]:
@@ -112,7 +101,6 @@ def compilation(count: int) -> Iterator[str]:
 
 PARTS = {
     "speed": lambda: (row for name in SAMPLES for row in speed(name)),
-    "error": lambda: (row for name in SAMPLES for row in error(name)),
     "reading": reading,
     "processes": processes,
 }
@@ -120,17 +108,26 @@ PARTS = {
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("parts", nargs="*", help=f"{', '.join(PARTS)}, compilation; all if none is named")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", help=f"noise, {', '.join(PARTS)}, compilation; all if none is named")
+    parser.add_argument("--against", type=Path, help="the checkout of an older build")
+    parser.add_argument("--scenes", nargs="*", default=equal_time.SCENES, help="of the noise")
+    parser.add_argument("--times", nargs="*", type=float, default=[1.0, 4.0, 16.0], help="seconds on all cores")
+    parser.add_argument("--seeds", type=int, default=4, help="pictures for each noise")
     parser.add_argument("--functions", type=int, default=15, help="how many functions to list")
     options = parser.parse_args()
-    wanted = options.parts or [*PARTS, "compilation"]
+    wanted = options.parts or ["noise", *PARTS, "compilation"]
     load = "/".join(f"{value:.1f}" for value in os.getloadavg())
     print(f"Blender {bpy.app.version_string}, {platform.machine()}, {os.cpu_count()} cores, load before {load}\n")
-    print("| | Cycles | ReSTIR | ratio |\n|---|---|---|---|")
     render.register()
-    for part in wanted:
-        for what, theirs, ours, unit in PARTS.get(part, tuple)():
+    if "noise" in wanted:
+        for line in equal_time.table(options.scenes, options.against, options.times, options.seeds):
+            print(line, flush=True)
+    parts = [part for part in wanted if part in PARTS]
+    if parts:
+        print("\n| | Cycles | ReSTIR | ratio |\n|---|---|---|---|")
+    for part in parts:
+        for what, theirs, ours, unit in PARTS[part]():
             ratio = "" if theirs is None else f"{ours / theirs if unit == '10⁶/s' else theirs / ours:.2f}"
             columns = ("" if theirs is None else f"{theirs:.4g} {unit}", f"{ours:.4g} {unit}", ratio)
             print(f"| {what} | {' | '.join(columns)} |", flush=True)

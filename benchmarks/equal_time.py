@@ -23,6 +23,9 @@ from . import scenes
 from .side_by_side import ROOT, Build
 
 SIZE = (192, 108)
+SCENES = [
+    "skin", "slab", "jade", "room", "lanterns", "screen", "sun_and_sky", "window", "glass", "all_lobes",
+]  # fmt: skip
 TRIAL = 4  # samples
 
 
@@ -81,9 +84,9 @@ def _noise(build: Build, integrator: str, seconds: float, seeds: int, folder: Pa
 
 
 def table(names: list[str], against: Path | None, times: list[float], seeds: int) -> Iterator[str]:
-    """A table in Markdown: noise times 1,000, and as multiples of Cycles' and of the better one's of the older build.
+    """A table in Markdown: 1,000 times the noise, and its ratios to Cycles' and to the better of the older build's two.
 
-    The first multiple is of the shortest time, the second of the longest.
+    Ratios stand in the order of the times.
     """
     rows = engines(against)
     heads = [f"{seconds:g} s" for seconds in times] + ["/ Cycles"] + (["/ better before"] if against else [])
