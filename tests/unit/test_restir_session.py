@@ -131,3 +131,23 @@ def test_where_nothing_is_estimated_the_pass_is_empty_and_says_why(shadows, sett
     image, warnings = visibility_pass(shadows, samples=1, **settings)
     assert not image.any()
     assert any("Visibility Estimate" in line and "ReSTIR" in line for line in warnings)
+
+
+# Tiles of their own ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tile", [32, 12])
+def test_a_tile_at_a_time_is_the_frame(scene, monkeypatch, tile):
+    """Where no pixel looks at another: the same picture as by whole frames, in the memory of a few tiles."""
+    settings = {"integrator": "RESTIR", "reuse": ReuseSettings(pilot=False), "seed": 3, "max_bounces": 2}
+    monkeypatch.setattr(sessions, "TILE", tile)
+    own = render(scene, 5, threads=2, **settings)
+    original = RestirIntegrator.__init__
+
+    def keep_whole(self, *args, **more):
+        original(self, *args, **more)
+        assert self.frame is None
+        self.frame, self.max_batch = self._new_frame(), 1
+
+    monkeypatch.setattr(RestirIntegrator, "__init__", keep_whole)
+    np.testing.assert_array_equal(render(scene, 5, threads=2, **settings), own)

@@ -66,9 +66,19 @@ class Frame:
         self._record = np.zeros(1, FRAME)
         record = self._record[0]
         record["width"], record["height"], record["channels"] = width, height, channels
+        self._x = self._y = 0
+        self.place(0, 0)
+
+    def place(self, x: int, y: int) -> None:
+        """Let the lower left item stand for a pixel of the film: kernels go by its coordinates there."""
+        self._x, self._y = x, y
         for name in ("points", "paths", "pixels", "hits", "light", "mean_visibilities", "control_variates"):
-            record[name] = address(getattr(self, name))
+            self._record[0][name] = self._origin(getattr(self, name))
         self.use_reservoirs(0)
+
+    def _origin(self, array: np.ndarray, axis: int = 1) -> int:
+        """The address at which the item of the film's first pixel would be; axis: that of the columns."""
+        return address(array) - array.strides[axis] * (self._y * self.points.shape[1] + self._x)
 
     @property
     def record(self) -> np.void:
@@ -84,7 +94,9 @@ class Frame:
         """Point the record at the reservoirs; with turn 1, those that were written take the place of those read."""
         if turn:
             self._reservoirs.reverse()
-        self._record[0]["reservoirs"], self._record[0]["reused"] = map(address, self._reservoirs)
+        self._record[0]["reservoirs"], self._record[0]["reused"] = (
+            self._origin(array, 2) for array in self._reservoirs
+        )
 
     def pool(self, tile: tuple[int, int, int, int], closures: int) -> np.ndarray:
         """Room for the closures of a tile's pixels, of at least that many."""

@@ -23,6 +23,9 @@ from ..techniques.direct.sample import DIRECT_RESERVOIR
 from ..techniques.direct.visibility import visibility_of
 from .gbuffer import gbuffer_tile
 from .shade import film_tile, shade_tile
+from .tile_frames import TileFrames
+
+MOST_FRAMES = 16  # of a batch, where a frame is not kept whole
 
 
 def frame_seed(seed: int, sample: int) -> int:
@@ -36,7 +39,7 @@ class RestirIntegrator(Integrator):
     history: that of the integrator of the frame before, which goes on here where it serves these settings.
     """
 
-    max_batch = 1
+    max_batch = 1  # of whole frames
 
     def __init__(
         self, context: FrameContext, settings: RenderSettings, film: Film, history: History | None = None
@@ -50,33 +53,59 @@ class RestirIntegrator(Integrator):
         self._later = self.context if options.later_tiles else context  # for all but the vertex that is resampled
         self.history = history
         self.reuse = Reuse(options, direct_technique(options))
-        self.frame = self._new_frame()
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
+        whole = options.temporal or options.rounds or self._shows_visibility or self.cache
+        self.frame = self._new_frame() if whole else None
+        if not whole:
+            self.max_batch = MOST_FRAMES
+            self._tile_frames = TileFrames(self._frame, history.mean_visibilities(film.width, film.height))
 
     def _new_frame(self) -> Frame:
-        film = self.film
-        size = film.width, film.height
-        seen = self.history.mean_visibilities(*size)
-        return Frame(*size, film.pixels.shape[2], seen, DIRECT_RESERVOIR, len(self.reuse.records))
+        size = self.film.width, self.film.height
+        return self._frame(*size, self.history.mean_visibilities(*size))
+
+    def _frame(self, width: int, height: int, mean_visibilities: np.ndarray) -> Frame:
+        channels, layers = self.film.pixels.shape[2], len(self.reuse.records)
+        return Frame(width, height, channels, mean_visibilities, DIRECT_RESERVOIR, layers)
 
     def kernels(self) -> list:
         """The steps of a frame in their order, see `stages`."""
         return [fill_tiles, gbuffer_tile, candidates_tile, *self.reuse.kernels(), shade_tile, film_tile]
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
-        """The steps of a frame."""
+        """The steps of a frame, or where no pixel looks at another of several, a tile's all at once."""
+        if not self.frame:
+            return [stage for sample in range(first_sample, first_sample + samples) for stage in self._by_tiles(sample)]
         self._sample = first_sample
         if self.cache:
             self.cache.watch(self.frame.pixels)
-        seed = frame_seed(self._seed, first_sample)
-        reuse = self.reuse.stages(self.context, self.record, self.frame, self.history, seed)
+        reuse = self.reuse.stages(self.context, self.record, self.frame, self.history, self._frame_seed(first_sample))
         last = LAST_OF_FRAME if self.reuse.settings.temporal else LAST
-        candidates = partial(self._candidates, 0 if reuse else last)
+        frame = self.frame
+        gbuffer = Stage(partial(self._gbuffer, first_sample, frame))
+        candidates = Stage(partial(self._candidates, 0 if reuse else last, frame))
+        steps = [self._fill(first_sample), gbuffer, candidates, *reuse, Stage(partial(self._shade, frame))]
+        return [*steps, Stage(partial(self._film, frame), finish=self._finish)]
+
+    def _by_tiles(self, sample: int) -> list[Stage]:
+        """The steps of a frame, those of each tile one after the other."""
+        return [self._fill(sample), Stage(partial(self._whole_tile, sample), finish=self.end_batch)]
+
+    def _whole_tile(self, sample: int, tile: Tile, scratch: np.ndarray) -> None:
+        with self._tile_frames.at(tile) as frame:
+            self._gbuffer(sample, frame, tile, scratch)
+            self._candidates(LAST, frame, tile, scratch)
+            self._shade(frame, tile, scratch)
+            self._film(frame, tile, scratch)
+
+    def _frame_seed(self, sample: int) -> int:
+        return frame_seed(self._seed, sample)
+
+    def _fill(self, sample: int) -> Stage:
+        """The step that draws the points of all light tiles."""
         tiles = [(tile, tile + 1) for tile in range(self.context.tiles.count)]
-        fill = Stage(partial(self._fill_tiles, seed), tiles)
-        steps = [fill, Stage(self._gbuffer), Stage(candidates), *reuse, Stage(self._shade)]
-        return [*steps, Stage(self._film, finish=self._finish)]
+        return Stage(partial(self._fill_tiles, self._frame_seed(sample)), tiles)
 
     def visibility(self) -> np.ndarray:
         """V̄ of the samples in the last finished frame by channel: (height, width, 3), NaN where unknown."""
@@ -98,27 +127,28 @@ class RestirIntegrator(Integrator):
         """Fill tiles [first, last)."""
         self.context.fill_tiles(seed, scratch, *tiles)
 
-    def _gbuffer(self, tile: Tile, scratch: np.ndarray) -> None:
-        context, frame = self._later, self.frame
+    def _gbuffer(self, sample: int, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
+        context = self._later
+        place = tile if self.frame else (0, 0, tile[2] - tile[0], tile[3] - tile[1])
         closures = 0
         while True:
-            pool = frame.pool(tile, closures)
+            pool = frame.pool(place, closures)
             closures = gbuffer_tile(
                 context.record, context.camera_record, self.record[0], self.film.record, frame.record, address(pool),
-                len(pool), address(scratch), *tile, self._sample,
+                len(pool), address(scratch), *tile, sample,
             )  # fmt: skip
             if closures <= len(pool):
                 return
 
-    def _candidates(self, last: int, tile: Tile, scratch: np.ndarray) -> None:
-        frame, reuse = self.frame, self.reuse.records
+    def _candidates(self, last: int, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
+        reuse = self.reuse.records
         layers = address(reuse), len(reuse)
         candidates_tile(self.context.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
 
-    def _shade(self, tile: Tile, scratch: np.ndarray) -> None:
+    def _shade(self, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
         context = self._later
-        args = (context.record, context.camera_record, self.record[0], self.film.record, self.frame.record)
+        args = (context.record, context.camera_record, self.record[0], self.film.record, frame.record)
         shade_tile(*args, address(scratch), self.reuse.settings.exit_lights, *tile)
 
-    def _film(self, tile: Tile, scratch: np.ndarray) -> None:
-        film_tile(self.film.record, self.frame.record, *tile)
+    def _film(self, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
+        film_tile(self.film.record, frame.record, *tile)

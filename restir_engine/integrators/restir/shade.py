@@ -69,4 +69,4 @@ def shade_tile(
 @kernel
 def film_tile(film: FILM, frame: FRAME, x0, y0, x1, y1):
     """Add the frame's pixels to the film's."""
-    add_pixels(film, frame.pixels, x0, y0, x1, y1)
+    add_pixels(film, frame.pixels, frame.width, x0, y0, x1, y1)

@@ -23,23 +23,25 @@ def clear_pixel(pixel, channels):
 
 
 @inlined
-def add_pixels(film, pixels, x0, y0, x1, y1):
-    """Add a tile of `pixels` (float32, as large as the film's) to the film."""
+def add_pixels(film, pixels, width, x0, y0, x1, y1):
+    """Add a tile of `pixels` to the film: float32, in rows of so many pixels, by the film's coordinates."""
     if film.crypto_slots > 0:
-        _merge_mattes(film, pixels, x0, y0, x1, y1)
+        _merge_mattes(film, pixels, width, x0, y0, x1, y1)
     for y in range(y0, y1):
         for x in range(x0, x1):
             start = (y * film.width + x) * film.channels
-            for k in range(start, start + film.summed):
-                add1(film.pixels, k, load_f32(pixels, k))
+            own = (y * width + x) * film.channels
+            for k in range(film.summed):
+                add1(film.pixels, start + k, load_f32(pixels, own + k))
 
 
 @device
-def _merge_mattes(film, pixels, x0, y0, x1, y1):
+def _merge_mattes(film, pixels, width, x0, y0, x1, y1):
     """Add the slots of a tile's pixels to those of the film."""
     for y in range(y0, y1):
         for x in range(x0, x1):
             pixel = 4 * film.channels * (y * film.width + x)
+            own = 4 * film.channels * (y * width + x)
             for offset in (film.crypto_object, film.crypto_material, film.crypto_asset):
                 if offset >= 0:
-                    merge_slots(film.pixels + pixel + 4 * offset, pixels + pixel + 4 * offset, film.crypto_slots)
+                    merge_slots(film.pixels + pixel + 4 * offset, pixels + own + 4 * offset, film.crypto_slots)
