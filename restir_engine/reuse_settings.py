@@ -74,6 +74,38 @@ class ReuseSettings:
         "noise of final renders, because samples become copies of each other",
         panel=True,
     )
+    paths: str = _option(
+        "DIRECT",
+        "Resampled Light",
+        "What samples are reused of, where reuse is on",
+        choices=(
+            ("DIRECT", "Direct", "Direct light at first surfaces"),
+            ("INDIRECT", "Indirect", "Paths of indirect light; direct light is sampled anew in each pixel"),
+            ("WHOLE", "Direct and Indirect", "Whole paths, one for both"),
+        ),
+    )
+    footprint: float = _option(
+        0.02,
+        "Footprint",
+        "Indirect light: how wide a path must have spread, by the pixel's footprint in hundredths, for neighbors to "
+        "reconnect to it",
+        min=0.0,
+        soft_max=1.0,
+        max=1000.0,
+    )
+    connect_roughness: float = _option(
+        0.2,
+        "Connected Roughness",
+        "Indirect light: paths reconnect where the density of the bounce is below the inverse root of this",
+        min=0.0001,
+        max=1.0,
+    )
+    vector_weights: bool = _option(
+        True,
+        "Sum of Samples",
+        "Pixels are lit by all samples that they choose from, each by its weight, and not by the one chosen alone: "
+        "less noise of color",
+    )
     neighbours: int = _option(3, "Neighbors", "Pixels that a pixel takes samples from in each round", min=1, max=12)
     pattern: str = _option(
         "PAIRS",

@@ -11,6 +11,7 @@ from restir_engine.reuse_settings import OPTIONS, ReuseSettings, options_list
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "restir.md"
 NUMBERS = {
+    "paths": {"DIRECT": options.DIRECT_PATHS, "INDIRECT": options.INDIRECT_PATHS, "WHOLE": options.WHOLE_PATHS},
     "mis": mis.MIS_KINDS,
     "pattern": {"DISK": options.DISK, "PAIRS": options.PAIRS},
     "visibility": {name: getattr(options, name) for name in ("TARGET", "SHADED", "REUSED", "ESTIMATED")},

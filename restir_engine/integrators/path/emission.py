@@ -2,7 +2,17 @@
 
 from ...kernels.core.jit import device, inlined
 from ...kernels.core.vec import is_black, mul, scale, vec
-from ...kernels.film.contribute import BACKDROP, EMISSION, ENVIRONMENT, contribute, found, let_through, wants_backdrop
+from ...kernels.film.contribute import (
+    BACKDROP,
+    EMISSION,
+    ENVIRONMENT,
+    IN_WORLD,
+    ON_SURFACE,
+    contribute,
+    found,
+    let_through,
+    wants_backdrop,
+)
 from ...kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
 from ...kernels.lights.world import world_pdf, world_radiance
 from ...kernels.path.state import COUNTED, FAR, hit_weight, next_after
@@ -29,7 +39,7 @@ def add_lamps(scene, integrator, film, scratch, path, sp, t):
 def _add_lamp(scene, integrator, film, scratch, path, sp, light, distance):
     r, g, b, pdf = light_radiance(scene, scratch, sp, light, vec(path.o), vec(path.d), distance)
     radiance = mul((r, g, b), through_media(scene, scratch, path, distance))
-    _add_found(integrator, film, path, radiance, pdf, EMISSION)
+    _add_found(integrator, film, path, radiance, pdf, EMISSION, light)
 
 
 @device
@@ -48,7 +58,7 @@ def add_world(scene, integrator, film, scratch, path, sp):
         kind = BACKDROP
     radiance = world_radiance(scene, scratch, sp, vec(path.o), d)
     pdf = world_pdf(scene, sp, d) if path.mis_pdf > 0.0 else 0.0
-    _add_found(integrator, film, path, radiance, pdf, kind)
+    _add_found(integrator, film, path, radiance, pdf, kind, IN_WORLD)
 
 
 @inlined
@@ -56,11 +66,11 @@ def add_surface_emission(scene, integrator, film, path, sp, o):
     """Add what the surface at sp emits towards o, where the path's ray begins."""
     if not is_black(vec(sp.emission)):
         pdf = triangle_pdf(scene, sp, o) if path.mis_pdf > 0.0 else 0.0
-        _add_found(integrator, film, path, vec(sp.emission), pdf, EMISSION)
+        _add_found(integrator, film, path, vec(sp.emission), pdf, EMISSION, ON_SURFACE)
 
 
 @inlined
-def _add_found(integrator, film, path, radiance, light_pdf, kind):
+def _add_found(integrator, film, path, radiance, light_pdf, kind, source):
     """Add radiance that the path's ray has found; light_pdf: with what density light sampling does, 0: it does not."""
     value = scale(mul(vec(path.throughput), radiance), hit_weight(path, light_pdf))
-    contribute(integrator, film, path, value, found(path, kind))
+    contribute(integrator, film, path, value, found(path, kind, source, light_pdf))

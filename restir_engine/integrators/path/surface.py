@@ -40,7 +40,7 @@ def meet_surface(scene, camera, integrator, film, scratch, path, sp, t, instance
         sp.ray_flags |= RAY_LAST
     if sp.ray_flags & RAY_LAST and not material & (MATERIAL_EMITS | MATERIAL_TRANSPARENT):
         return ENDS
-    _shade(scene, integrator, path, sp)
+    shade(scene, integrator, path, sp)
     if _holdout(scene, film, path, sp):
         return ENDS
     add_surface_emission(scene, integrator, film, path, sp, vec(path.o))
@@ -52,7 +52,7 @@ def meet_surface(scene, camera, integrator, film, scratch, path, sp, t, instance
 
 
 @inlined
-def _shade(scene, integrator, path, sp):
+def shade(scene, integrator, path, sp):
     """Run the surface's program at sp; filter glossy: no lobe is sharper than what the path has been through."""
     shader_eval(scene, sp)
     if integrator.filter_glossy < FAR and path.min_pdf < FAR:

@@ -27,6 +27,8 @@ FRAME = np.dtype(
         # float32 [9] by class of lobes: f of the sample in the reservoir as p̂ has it; after the last of candidates and
         # reuse the direct light. Each channel is that of its own reservoir, where there is one for each.
         ("light", np.int64),
+        # float32 [9] likewise, the indirect part of what lights, which is not in `light`; 0: there is none
+        ("indirect", np.int64),
         ("mean_visibilities", np.int64),  # float32 [4]: kernels.lights.mean_visibility
         ("control_variates", np.int64),  # float32 [3]: LIGHT_SAMPLE.control_variate of the candidates, times the guess
     ]
@@ -40,7 +42,8 @@ frame_at = record_at(FRAME)
 class Frame:
     """Owner of what FRAME points to; a sequence has one `mean_visibilities`, float32 (height, width, 4).
 
-    reservoir: dtype of the technique's reservoirs, of which there are so many layers.
+    reservoir: dtype of the technique's reservoirs, of which there are so many layers; indirect: whether its samples may
+    be indirect light.
     """
 
     def __init__(
@@ -51,6 +54,7 @@ class Frame:
         mean_visibilities: np.ndarray,
         reservoir: np.dtype,
         layers: int = 1,
+        indirect: bool = False,
     ) -> None:
         self.points = np.zeros((height, width), SHADING_POINT)
         self.points["instance"] = -1
@@ -59,6 +63,7 @@ class Frame:
         self.pixels = np.zeros((height, width, channels), np.float32)
         self.hits = np.zeros((height, width), HIT)
         self.light = np.zeros((height, width, 9), np.float32)
+        self.indirect = np.zeros((height, width, 9) if indirect else 0, np.float32)
         self.mean_visibilities = mean_visibilities
         self.control_variates = np.zeros((height, width, 3), np.float32)
         self.camera = np.zeros(1, CAMERA)
@@ -66,6 +71,7 @@ class Frame:
         self._record = np.zeros(1, FRAME)
         record = self._record[0]
         record["width"], record["height"], record["channels"] = width, height, channels
+        record["indirect"] = address(self.indirect)
         self._x = self._y = 0
         self.place(0, 0)
 
@@ -109,6 +115,6 @@ class Frame:
     @property
     def bytes(self) -> int:
         """Memory that the frame takes."""
-        arrays = [self.points, self.paths, self.pixels, self.hits, self.light]
+        arrays = [self.points, self.paths, self.pixels, self.hits, self.light, self.indirect]
         arrays += [self.mean_visibilities, self.control_variates]
         return sum(array.nbytes for array in [*arrays, *self._reservoirs, *self._pools.values()])

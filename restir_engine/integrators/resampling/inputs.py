@@ -7,7 +7,7 @@ pixel's own; its domain is the one resampled for.
 from ...kernels.core.jit import device, inlined
 from ...kernels.core.memory import call_entry, prefetch, store_f32
 from ...kernels.core.records import PATH, SHADING_POINT, shading_point_at, shared_area
-from ...kernels.core.vec import load3_f32
+from ...kernels.core.vec import load3_f32, store3_f32
 from ...kernels.lobes.classes import NO_LOBES, Lobes, lobe_add, lobe_scale
 from .mis import CONTRIBUTION
 from .resample import (
@@ -22,7 +22,7 @@ from .resample import (
     weigh,
     weight_of,
 )
-from .reservoir import RESERVOIR_BYTES, clear, copy_reservoir, reservoir_at
+from .reservoir import INDIRECT, RESERVOIR_BYTES, clear, copy_reservoir, reservoir_at
 from .technique import (
     DOMAIN_BYTES,
     SHIFTED_BYTES,
@@ -73,6 +73,22 @@ def load_light(frame, pixel):
     """frame.light of a pixel, by class of lobes."""
     light = frame.light + LIGHT_BYTES * pixel
     return Lobes(load3_f32(light, 0), load3_f32(light, 1), load3_f32(light, 2))
+
+
+@inlined
+def load_indirect(frame, pixel):
+    """frame.indirect of a pixel, by class of lobes."""
+    light = frame.indirect + LIGHT_BYTES * pixel
+    return Lobes(load3_f32(light, 0), load3_f32(light, 1), load3_f32(light, 2))
+
+
+@inlined
+def store_indirect(frame, pixel, f):
+    """Set frame.indirect of a pixel."""
+    light = frame.indirect + LIGHT_BYTES * pixel
+    store3_f32(light, 0, f.diffuse)
+    store3_f32(light, 1, f.glossy)
+    store3_f32(light, 2, f.transmission)
 
 
 @inlined
@@ -169,25 +185,33 @@ def _light(frame, reuse, scratch, n, kind, chosen, w, fresh, last):
     """Leave in frame.light f of the sample chosen, or after the last reuse what the pixel is lit by.
 
     That is Σ w_i f_i V_i / p̂_i over all candidates: the same mean as that of f V W of the one chosen, in every channel,
-    and no noise of color (ReSTIR PT Enhanced). CONTRIBUTION has no weights for it.
+    and no noise of color (ReSTIR PT Enhanced). CONTRIBUTION has no weights for it. Indirect light is in frame.indirect.
     """
     table = scratch + WORK_TABLE
     row = technique_at(reuse.technique, 0)
     light = NO_LOBES
+    indirect = NO_LOBES
     if chosen >= 0 and last == 0:
         light = load_f(shifted_of(scratch, chosen))
     elif chosen >= 0:
+        summed = kind != CONTRIBUTION and reuse.vector_weights != 0
         for i in range(n):
             weight = weight_of(table, i)
-            if weight > 0.0 and (kind != CONTRIBUTION or i == chosen):
+            if weight > 0.0 and (summed or i == chosen):
                 if row.shade != 0:
                     call_entry(row.shade, domain_of(scratch, 0), shifted_of(scratch, i), 0, 0, 0)
-                weight = w if kind == CONTRIBUTION else weight / target_of(table, i)
-                light = _add_scaled(light, shifted_of(scratch, i), weight)
+                weight = weight / target_of(table, i) if summed else w
+                if frame.indirect != 0 and reservoir_at(shifted_of(scratch, i), 0).flags & INDIRECT:
+                    indirect = _add_scaled(indirect, shifted_of(scratch, i), weight)
+                else:
+                    light = _add_scaled(light, shifted_of(scratch, i), weight)
     if last != 0 and row.variate != 0:
         # By the share that one frame has in what was resampled.
         share = 1.0 / total_confidence(table, n)
         for i in range(fresh):
             call_entry(row.variate, domain_of(scratch, i), scratch + WORK_BACK, 0, 0, 0)
             light = _add_scaled(light, scratch + WORK_BACK, share)
-    store_light(frame, reuse, domain_at(domain_of(scratch, 0), 0).pixel, light)
+    pixel = domain_at(domain_of(scratch, 0), 0).pixel
+    store_light(frame, reuse, pixel, light)
+    if frame.indirect != 0 and last != 0:
+        store_indirect(frame, pixel, indirect)

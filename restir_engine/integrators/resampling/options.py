@@ -23,6 +23,9 @@ DISK, PAIRS = range(2)
 # where something moves, what its vertices would have in the scene as it is now.
 OF_BEFORE, OF_NOW = range(2)
 
+# What is resampled: direct light at first surfaces; indirect light; both.
+DIRECT_PATHS, INDIRECT_PATHS, WHOLE_PATHS = range(3)
+
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 

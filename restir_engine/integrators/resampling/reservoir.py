@@ -15,9 +15,10 @@ HEADER = np.dtype(
         ("target", np.float32),  # p̂ of the sample in its own domain
         ("seed", np.int32),  # of the numbers that made the sample: its identity, which all copies share
         ("technique", np.int16),  # TECHNIQUE.id: whose SAMPLE follows
-        ("flags", np.int16),  # of the technique
+        ("flags", np.int16),  # of the technique, but for INDIRECT
     ]
 )
+INDIRECT = 1 << 12  # a flag that all techniques share: indirect light, in the passes
 RESERVOIR_BYTES = 64
 SAMPLE_BYTES = RESERVOIR_BYTES - HEADER.itemsize
 

@@ -27,6 +27,9 @@ TECHNIQUE = np.dtype(
         ("shade", np.int64),
         ("merge", np.int64),
         ("variate", np.int64),
+        ("taker", np.int64),  # takes what a path finds that is replayed (kernels.film.contribute)
+        # Address of the FILM of such paths:
+        ("film", np.int64),
     ]
 )
 NOW, BEFORE = 0, 1

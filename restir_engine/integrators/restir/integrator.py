@@ -22,6 +22,7 @@ from ..techniques.direct.row import direct_technique
 from ..techniques.direct.sample import DIRECT_RESERVOIR
 from ..techniques.direct.visibility import visibility_of
 from .gbuffer import gbuffer_tile
+from .paths import PathSteps, resamples_paths
 from .shade import film_tile, shade_tile
 from .tile_frames import TileFrames
 
@@ -52,7 +53,8 @@ class RestirIntegrator(Integrator):
         super().__init__(context.with_tiles(tiles), settings, film)
         self._later = self.context if options.later_tiles else context  # for all but the vertex that is resampled
         self.history = history
-        self.reuse = Reuse(options, direct_technique(options))
+        self.paths = PathSteps(self) if resamples_paths(options, context.scene) else None
+        self.reuse = Reuse(options, self.paths.technique if self.paths else direct_technique(options))
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
         whole = options.temporal or options.rounds or self._shows_visibility or self.cache
@@ -67,11 +69,14 @@ class RestirIntegrator(Integrator):
 
     def _frame(self, width: int, height: int, mean_visibilities: np.ndarray) -> Frame:
         channels, layers = self.film.pixels.shape[2], len(self.reuse.records)
+        if self.paths:
+            return Frame(width, height, channels, mean_visibilities, self.paths.reservoir, layers, indirect=True)
         return Frame(width, height, channels, mean_visibilities, DIRECT_RESERVOIR, layers)
 
     def kernels(self) -> list:
         """The steps of a frame in their order, see `stages`."""
-        return [fill_tiles, gbuffer_tile, candidates_tile, *self.reuse.kernels(), shade_tile, film_tile]
+        candidates, shade = self.paths.kernels if self.paths else (candidates_tile, shade_tile)
+        return [fill_tiles, gbuffer_tile, candidates, *self.reuse.kernels(), shade, film_tile]
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a frame, or where no pixel looks at another of several, a tile's all at once."""
@@ -83,10 +88,11 @@ class RestirIntegrator(Integrator):
         reuse = self.reuse.stages(self.context, self.record, self.frame, self.history, self._frame_seed(first_sample))
         last = LAST_OF_FRAME if self.reuse.settings.temporal else LAST
         frame = self.frame
-        gbuffer = Stage(partial(self._gbuffer, first_sample, frame))
-        candidates = Stage(partial(self._candidates, 0 if reuse else last, frame))
-        steps = [self._fill(first_sample), gbuffer, candidates, *reuse, Stage(partial(self._shade, frame))]
-        return [*steps, Stage(partial(self._film, frame), finish=self._finish)]
+        candidates, shade = partial(self._candidates, 0 if reuse else last, frame), partial(self._shade, frame)
+        if self.paths:
+            candidates, shade = partial(self.paths.candidates, not reuse, frame), partial(self.paths.light, frame)
+        steps = [self._fill(first_sample), Stage(partial(self._gbuffer, first_sample, frame)), Stage(candidates)]
+        return [*steps, *reuse, Stage(shade), Stage(partial(self._film, frame), finish=self._finish)]
 
     def _by_tiles(self, sample: int) -> list[Stage]:
         """The steps of a frame, those of each tile one after the other."""

@@ -8,13 +8,18 @@ the first surface are no light: `surface_passes`.
 from typing import NamedTuple
 
 from ..core.jit import device, inlined
-from ..core.memory import load_f32, store_f32
-from ..core.vec import LARGEST_RADIANCE, average, is_black, mul, vec
+from ..core.memory import call_for_outcome, load_f32, record_address, store_f32
+from ..core.records import taker_at
+from ..core.vec import LARGEST_RADIANCE, average, is_black, mul, put, vec
 from ..lobes.classes import NO_LOBES, Lobes, lobe_sum, share
 
 # Where light comes from (What.kind). By the path's own ray: what lamps, surfaces and media emit; the world; the world
 # behind a transparent film, which is no part of Combined. By a light sample at the path's vertex: DIRECT.
-EMISSION, ENVIRONMENT, BACKDROP, DIRECT = 0, 1, 2, 3
+# Light that was resampled from whole paths, all of it behind the vertex: INDIRECT.
+EMISSION, ENVIRONMENT, BACKDROP, DIRECT, INDIRECT = 0, 1, 2, 3, 4
+
+# What the path's own ray has found, where it is no lamp (What.source).
+ON_SURFACE, IN_WORLD, IN_MEDIUM, NOT_FOUND = -1, -2, -3, -4
 
 # By what light was scattered below a surface at the first time (PATH.scattering, What.scattering); 0: it was not.
 BOUNDARY, SINGLE, MULTIPLE = 1, 2, 3
@@ -26,24 +31,32 @@ class What(NamedTuple):
     kind: int  # EMISSION …
     lobes: Lobes  # of DIRECT: the BSDF at the vertex by classes, of which the shares count
     scattering: int  # 0, BOUNDARY …
+    source: int  # the lamp that the ray has found, ON_SURFACE …
+    light_pdf: float  # solid-angle density with which light sampling finds it; 0: no MIS
 
 
 @inlined
-def found(path, kind):
-    """What the path's own ray has found."""
-    return What(kind, NO_LOBES, path.scattering)
+def found(path, kind, source, light_pdf):
+    """What the path's own ray has found; source, light_pdf: see What."""
+    return What(kind, NO_LOBES, path.scattering, source, light_pdf)
 
 
 @inlined
 def lit(path, lobes):
     """A light sample at the path's vertex."""
-    return What(DIRECT, lobes, path.scattering)
+    return What(DIRECT, lobes, path.scattering, NOT_FOUND, 0.0)
+
+
+@inlined
+def lit_indirectly(path, lobes):
+    """Light from behind the path's vertex, that has been resampled."""
+    return What(INDIRECT, lobes, path.scattering, NOT_FOUND, 0.0)
 
 
 @inlined
 def lit_at_exit(path, lobes, events):
     """A light sample where light leaves an object after so many scattering events below its surface."""
-    return What(DIRECT, lobes, first_scattering(path, events))
+    return What(DIRECT, lobes, first_scattering(path, events), NOT_FOUND, 0.0)
 
 
 @inlined
@@ -56,12 +69,25 @@ def first_scattering(path, events):
 def contribute(integrator, film, path, value, what):
     """Hand on what light a path has found, to the pixel that `path.pixel` points to: all of it passes here.
 
-    That pixel is the film's, or with RESTIR the frame's. What takes a path's contributions instead (a reservoir of
-    paths, a cache) takes them here, as they are clamped.
+    That pixel is the film's, or with RESTIR the frame's. What takes a path's contributions instead, its TAKER, takes
+    them here and clamps for itself; it does not get the world behind a transparent film.
     """
     if is_black(value):
         return
-    bounces = path.bounce + 1 if what.kind == DIRECT else path.bounce
+    if path.taker != 0 and what.kind != BACKDROP:
+        taker = taker_at(path.taker, 0)
+        put(taker.value, value)
+        taker.light_pdf = what.light_pdf
+        address = record_address(path)
+        if call_for_outcome(taker.code, path.taker, address, what.kind, what.source, 0):
+            _add_to_albedo(film, path, value, what)
+            return
+        value = vec(taker.value)
+    bounces = path.bounce
+    if what.kind == DIRECT:
+        bounces += 1
+    elif what.kind == INDIRECT:
+        bounces += 2
     if what.kind != BACKDROP:
         value = _clamped(value, integrator.clamp_indirect if bounces > 1 else integrator.clamp_direct)
     _add_to_pixel(film, path, value, what, bounces)
@@ -104,7 +130,13 @@ def _add_to_pixel(film, path, c, what, bounces):
         _add_by_first_bounce(film, path, c, what.lobes, bounces > 1)
     if what.scattering != 0:
         _add_by_scattering(film, path, c, what.scattering)
-    if what.kind != DIRECT and path.denoise and film.denoising_albedo >= 0:
+    _add_to_albedo(film, path, c, what)
+
+
+@inlined
+def _add_to_albedo(film, path, c, what):
+    """Add what the path's own ray has found to the denoiser's albedo, before the first diffuse surface."""
+    if what.kind < DIRECT and path.denoise and film.denoising_albedo >= 0:
         add3(path.pixel, film.denoising_albedo, mul(vec(path.feature_throughput), c))
 
 

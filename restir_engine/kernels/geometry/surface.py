@@ -76,6 +76,17 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     put(sp.dpdv, ac_world)
 
 
+@device
+def triangle_point(scene, instance, primitive, u, v):
+    """The place of barycentrics (u, v) of a triangle in the world, as `surface_point` has it."""
+    placed = instance_at(scene.instances, instance)
+    mesh = mesh_at(scene.meshes, placed.mesh)
+    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
+    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
+    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
+    return transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
+
+
 @inlined
 def object_normal(mesh, primitive, u, v):
     """The interpolated normal of a smooth triangle in object space, not normalised; zero for a flat one."""

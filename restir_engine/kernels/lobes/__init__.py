@@ -1,6 +1,6 @@
 """The BSDFs: closures that shader programs make, and what the integrators ask of them."""
 
-from .dispatch import bsdf_eval, bsdf_sample
+from .dispatch import bsdf_eval, bsdf_sample, label_pdf
 from .nodes import BSDF_NODES
 from .passes import bsdf_blur, bsdf_color, bsdf_has_eval, bsdf_normal, bsdf_roughness, denoise_features
 from .tables import lobe_tables
@@ -15,5 +15,6 @@ __all__ = [
     "bsdf_roughness",
     "bsdf_sample",
     "denoise_features",
+    "label_pdf",
     "lobe_tables",
 ]

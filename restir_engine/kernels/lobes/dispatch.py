@@ -121,6 +121,35 @@ def bsdf_eval(scene, sp, wi):
 
 
 @device
+def _label(c, reflects):
+    """The label of a direction that a closure with a density samples on that side, 0 where it samples none there."""
+    kind = c.kind
+    if kind in (LOBE_TRANSLUCENT, LOBE_ROUGH_TRANSLUCENT):
+        return 0 if reflects else LABEL_TRANSMIT | LABEL_DIFFUSE
+    side = LABEL_REFLECT if reflects else LABEL_TRANSMIT
+    if is_microfacet(kind) or kind == LOBE_THIN_TRANSMISSION:
+        return side | LABEL_GLOSSY
+    if not reflects:
+        return 0
+    return side | (LABEL_GLOSSY if kind in (LOBE_ASHIKHMIN_SHIRLEY, LOBE_TOON_GLOSSY) else LABEL_DIFFUSE)
+
+
+@device
+def label_pdf(sp, wi, label):
+    """Solid-angle density with which bsdf_sample returns wi with this label; of labels that are not singular."""
+    reflects = dot(vec(sp.ng), wi) > 0.0
+    wo = vec(sp.wo)
+    pdf = total = 0.0
+    for i in range(sp.n_closures):
+        c = closure_at(sp.closures, i)
+        total += c.sample_weight
+        if _label(c, reflects) == label:
+            _r, _g, _b, p = closure_eval(c, wo, wi)
+            pdf += max(p, 0.0) * c.sample_weight
+    return pdf / total if total > 0.0 else 0.0
+
+
+@device
 def _pick(sp, u):
     """(index of a closure chosen by sampling weight or -1, its probability, u stretched to be used again)."""
     total = 0.0

@@ -44,7 +44,7 @@ def direct_light(scene, integrator, film, scratch, path, sp, count):
 def _light_surface(scene, integrator, film, scratch, path, sp, index, part):
     """Add the part of one light sample, that of an index of the path's random numbers, and its control variate."""
     found = draw_light(scene, scratch, path, sp, index)
-    _add_control_variate(integrator, film, scratch, path, sp, part)
+    add_control_variate(integrator, film, scratch, path, sp, part)
     if found:
         ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
         f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.seen_by)
@@ -116,7 +116,7 @@ def lit_bsdf(scene, sp, wi, seen_by):
 
 
 @inlined
-def _add_control_variate(integrator, film, scratch, path, sp, part):
+def add_control_variate(integrator, film, scratch, path, sp, part):
     """Add the part of the LIGHT_SAMPLE's control variate, whether or not there is a sample."""
     variate = vec(light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0).control_variate)
     if is_black(variate):

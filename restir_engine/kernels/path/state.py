@@ -60,6 +60,7 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     path = path_at(scratch + SCRATCH_PATH, 0)
     path.pixel = pixel
     path.key = key
+    path.taker = 0
     path.mean_visibility = 0
     path.sample = sample
     path.flags = RAY_CAMERA

@@ -18,7 +18,7 @@ from ..core.records import (
     media_at,
 )
 from ..core.vec import dot, madd, max3, mul, neg, put, scale, vec
-from ..film.contribute import EMISSION, contribute, found
+from ..film.contribute import EMISSION, IN_MEDIUM, contribute, found
 from ..film.surface_passes import medium_passes
 from ..lobes.classes import Lobes, share
 from ..path.direct import add_light_sample, draw_light
@@ -128,7 +128,7 @@ def _add_emission(integrator, film, path, media, s):
         _emitted(e[1], sigma_t[1], through[1], s),
         _emitted(e[2], sigma_t[2], through[2], s),
     )
-    contribute(integrator, film, path, mul(vec(path.throughput), light), found(path, EMISSION))
+    contribute(integrator, film, path, mul(vec(path.throughput), light), found(path, EMISSION, IN_MEDIUM, 0.0))
 
 
 @device

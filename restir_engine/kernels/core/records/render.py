@@ -79,6 +79,7 @@ FILTER_TABLE_SIZE = 1025
 
 PATH = record(
     "pixel",  # address of the pixel's floats in the film
+    "taker",  # address of the TAKER that takes contributions in place of the film; 0: none does
     "key",  # of the random numbers
     "mean_visibility",  # address of what kernels.lights.mean_visibility keeps of the pixel; 0: nothing
     "sample",
@@ -114,3 +115,10 @@ PATH = record(
     ("dd", 1),
 )
 path_at = record_at(PATH)
+
+TAKER = record(  # what takes a path's contributions in place of the film begins with this
+    "code",  # (taker, PATH, kind, source, 0) -> 1: it has taken `value`; 0: the film shall have it, as it is then
+    ("value", 3),  # throughput and MIS weight included
+    ("light_pdf", 1),  # by solid angle, of light sampling where the path's ray has found the light; 0: no MIS
+)
+taker_at = record_at(TAKER)

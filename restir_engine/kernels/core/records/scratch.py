@@ -34,7 +34,9 @@ SCRATCH_MEDIA = _behind(_SHARED, _SHARED_BYTES)  # MEDIA of the path's point, an
 SCRATCH_SHADOW_MEDIA = _behind(SCRATCH_MEDIA, _MEDIA_BYTES)
 SCRATCH_SHADOW = _behind(SCRATCH_SHADOW_MEDIA, _MEDIA_BYTES)
 SCRATCH_TILE_WEIGHTS = _behind(SCRATCH_SHADOW, SHADOW.itemsize)  # of a group of points: lights.tile_weights.OUT_BYTES
-SCRATCH_BYTES = _behind(SCRATCH_TILE_WEIGHTS, 1024)
+SCRATCH_TAKER = _behind(SCRATCH_TILE_WEIGHTS, 1024)  # what takes a path's contributions, see contribute
+TAKER_BYTES = 4096
+SCRATCH_BYTES = _behind(SCRATCH_TAKER, TAKER_BYTES)
 
 
 def shared_area(n_bytes: int) -> int:

@@ -1,0 +1,53 @@
+"""The steps of a frame that whole paths have of their own, in place of those of direct light."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...kernels.core.memory import address
+from ...kernels.core.records import SCENE_HAS_MEDIA
+from ...reuse_settings import ReuseSettings
+from ...scene.scene import Scene
+from ..resampling.frame import Frame
+from ..techniques.path.light import light_tile
+from ..techniques.path.row import path_technique
+from ..techniques.path.sample import PATH_RESERVOIR
+from ..techniques.path.trace import paths_tile
+
+if TYPE_CHECKING:
+    from .integrator import RestirIntegrator
+
+
+def resamples_paths(options: ReuseSettings, scene: Scene) -> bool:
+    """Whether indirect light is reused: where anything is, and no path crosses a medium."""
+    reused = options.temporal or options.rounds > 0
+    return options.paths != "DIRECT" and reused and not scene.record["flags"] & SCENE_HAS_MEDIA
+
+
+class PathSteps:
+    """Candidates and lighting of whole paths, for an integrator."""
+
+    kernels = paths_tile, light_tile
+    reservoir = PATH_RESERVOIR
+
+    def __init__(self, integrator: RestirIntegrator) -> None:
+        self.technique, self._film = path_technique()
+        self._integrator = integrator
+        self._unclamped = integrator.record.copy()
+        self._unclamped["clamp_direct"] = self._unclamped["clamp_indirect"] = np.inf
+
+    def candidates(self, last: bool, frame: Frame, tile, scratch: np.ndarray) -> None:
+        """Follow the paths of a tile; last: whether no reuse follows."""
+        own = self._integrator
+        context = own.context
+        args = (context.record, context.camera_record, own.record[0], own.film.record, frame.record)
+        paths_tile(
+            *args, address(own.reuse.records), int(self.technique[0]["taker"]), address(scratch), *tile, int(last)
+        )
+
+    def light(self, frame: Frame, tile, scratch: np.ndarray) -> None:
+        """Light the pixels of a tile by what is left of them."""
+        own = self._integrator
+        light_tile(self._unclamped[0], own.film.record, frame.record, address(scratch), *tile)
