@@ -44,8 +44,8 @@ class Way(NamedTuple):
 
 WAYS = (
     Way("path tracing", PathIntegrator, {}, 1.0, 1.0),
-    Way("light tiles", RestirIntegrator, {}, 2.3, 1.9),
-    Way("light tiles, fewer samples", RestirIntegrator, {"light_samples": 1, "exit_lights": 1}, 2.0, 1.45),
+    Way("light tiles", RestirIntegrator, {}, 2.2, 1.85),
+    Way("light tiles, fewer samples", RestirIntegrator, {"light_samples": 1, "exit_lights": 1}, 1.8, 1.4),
 )
 
 # Noise is that of means of BATCH samples: they are stratified, some ways gain more by it than others.
