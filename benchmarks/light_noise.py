@@ -1,8 +1,8 @@
 """Noise at equal samples under lights of many kinds, beside Cycles: `python -m benchmarks.light_noise [SET-UP …]`.
 
 Noise is the variance between seeds over (mean² + 0.01), without the worst 0.1 % of the pixels. It needs no reference:
-both engines are measured against their own mean. RESTIR takes light tiles in every set-up. Prints Markdown: Cycles' noise, and ours as a multiple of it, above 1
-where ours is noisier.
+both engines are measured against their own mean. RESTIR takes light tiles in every set-up. Prints Markdown: Cycles'
+noise, and ours as a multiple of it, above 1 where ours is noisier.
 """
 
 from __future__ import annotations

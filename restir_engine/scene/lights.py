@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -27,8 +28,12 @@ _FEW = 32
 # about what a point behind a wall or near a lamp sees.
 _FLAT = 0.3
 
-# Evaluations of programs that measuring textured emission of one mesh may take, and at most of one triangle.
+# Evaluations of programs that measuring textured emission of one mesh may take, and at most of one triangle or cell.
 _MEASURES, _MEASURES_EACH = 400_000, 256
+_MEASURES_CELL = 8
+
+# Cells along an edge of triangles whose emission varies, and of all of a mesh together.
+_MOST_CELLS, _ALL_CELLS = 32, 1 << 14
 
 
 class AliasTable:
@@ -49,23 +54,27 @@ class AliasTable:
 class _Group:
     """The emissive triangles of a mesh under one list of materials, what is near in space near in the list.
 
-    radiance: luminance of each (n,); sides: that emit, 1 or 2 (n,); back: whether the back alone does (n,).
+    radiance: luminance of the cells of each, (n, cells²) (kernels.lights.cells); sides: that emit, 1 or 2 (n,); back:
+    whether the back alone does (n,).
     """
 
     def __init__(self, mesh, primitives: np.ndarray, radiance: np.ndarray, sides: np.ndarray, back: np.ndarray) -> None:
+        count = radiance.shape[1]
+        self.cells = math.isqrt(count)
         a, b, c = mesh.vertices[mesh.triangles[primitives].T]
         order = morton_order((a + b + c) / 3.0) if len(primitives) else np.zeros(0, np.int64)
         self._corners = a[order], b[order], c[order]
         self._normals, areas = normals_and_areas(*self._corners)
         self._normals[back[order]] *= -1.0
         self._both = (sides == 2)[order]
-        self._one_sided = radiance[order] * areas
+        power = radiance[order] * areas[:, None] / count
+        self._one_sided = power.sum(1)
         weights = self._one_sided * sides[order]
         alias = AliasTable(weights)
         self.power = float(weights.sum())
         self.primitives = primitives[order].astype(np.int32)
         self.alias = alias.table
-        self.cumulated = np.concatenate([[0.0], np.cumsum(weights)])
+        self.cumulated = np.concatenate([[0.0], np.cumsum(power * sides[order][:, None])])
         self.positions = np.full(len(mesh.triangles), -1, np.int32)
         self.positions[self.primitives] = np.arange(len(primitives), dtype=np.int32)
         self.probabilities = np.zeros(len(mesh.triangles), np.float32)
@@ -78,7 +87,7 @@ class _Group:
         return runs(self._corners, self._normals, self._one_sided, self._both, length)
 
     def fill(self, record: np.void) -> None:
-        record["n"] = len(self.primitives)
+        record["n"], record["cells"] = len(self.primitives), self.cells
         for name in ("alias", "primitives", "cumulated", "positions", "probabilities"):
             record[name] = address(getattr(self, name))
 
@@ -247,26 +256,35 @@ class LightTable(Table):
             slot = np.clip(mesh.material_slots, 0, len(slots) - 1)
             primitives = np.flatnonzero(emitting[slot])
             slot = slot[primitives]
-        luminance = per_slot[slot]
+        cells = _cells(len(primitives)) if varying[slot].any() else 1
+        luminance = per_slot[slot][:, None].repeat(cells**2, 1)
         for k in np.flatnonzero(varying & emitting):
             chosen = np.flatnonzero(slot == k)
             if len(chosen):
-                luminance[chosen] = self._measured(scene, index, primitives[chosen])
+                luminance[chosen] = self._measured(scene, index, primitives[chosen], cells)
         sides = np.where((sampling == 2) | (sampling == 3), 1, 2)[slot]
         return _Group(mesh, primitives, luminance, sides, (sampling == 3)[slot])
 
     @staticmethod
-    def _measured(scene: Scene, index: int, primitives: np.ndarray) -> np.ndarray:
-        """Luminance (root mean square) of triangles where it varies, mixed with that of all: points may miss some."""
+    def _measured(scene: Scene, index: int, primitives: np.ndarray, cells: int) -> np.ndarray:
+        """Luminance (root mean square) of cells where it varies, mixed with that of all: points may miss some.
+
+        Float64 (n, cells²).
+        """
         primitives = np.ascontiguousarray(primitives, np.int32)
-        values = np.zeros(len(primitives))
-        points = int(np.clip(_MEASURES // len(primitives), 1, _MEASURES_EACH))
+        values = np.zeros((len(primitives), cells**2))
+        points = int(np.clip(_MEASURES // len(primitives), 1, _MEASURES_EACH)) if cells == 1 else _MEASURES_CELL
         scratch = np.zeros(rec.SCRATCH_BYTES, np.uint8)
-        measure_emission(
-            scene.record, address(scratch), int(index), address(primitives), len(primitives), points, address(values)
-        )
+        start = scene.record, address(scratch), int(index), address(primitives), len(primitives)
+        measure_emission(*start, cells, points, address(values))
         # Not quite nothing where all is black: another instance may have another colour.
         return 0.9 * values + 0.1 * values.mean() + 1e-6
+
+
+def _cells(triangles: int) -> int:
+    """Cells along an edge of so many triangles of a mesh whose emission varies: a power of two."""
+    most = math.isqrt(_ALL_CELLS // max(triangles, 1))
+    return min(_MOST_CELLS, 1 << max(most.bit_length() - 1, 0))
 
 
 def _in_order(lamps: np.ndarray) -> tuple[np.ndarray, list[int]]:

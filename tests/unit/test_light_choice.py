@@ -22,12 +22,13 @@ from restir_engine.kernels.core.vec import load3_f64, put, store3_f64, vec
 from restir_engine.kernels.lights import lights_intersect, note_choice
 from restir_engine.kernels.lights.choice import world_brings
 from restir_engine.kernels.lights.emitter_tree import TOP, choose_triangle, triangle_share, triangles_bring
-from restir_engine.scene import emitter_tree
+from restir_engine.scene import emitter_tree, lights
 from restir_engine.scene.emitter_tree import is_closed
 from restir_engine.scene.lamps import point_lamp
 from restir_engine.scene.world import irradiance_polynomial, map_directions
+from testing.kernels.lights import draw, irradiance, triangle_densities
 from testing.scenes.lights import emission_program, matrix
-from testing.scenes.rooms import Builder, look, scaled
+from testing.scenes.rooms import Builder, checkered, look, scaled
 from testing.scenes.shapes import CUBE, QUAD, ball, icosphere
 
 POINTS = [((0.3, -0.2, 0.5), 1.0), ((2.0, 1.0, -0.3), 0.0), ((0.0, 0.0, 6.0), -1.0)]
@@ -38,7 +39,7 @@ def choose_kernel(scene, x, y, z, up, n, out):
     """[instance, primitive, probability] for n numbers u, the middles of n equal parts of [0, 1)."""
     table = light_table_at(scene.light_table, 0)
     for i in range(n):
-        index, k, p = choose_triangle(table, (x, y, z), (0.0, 0.0, up), (i + 0.5) / n)
+        index, k, _, p = choose_triangle(table, (x, y, z), (0.0, 0.0, up), (i + 0.5) / n)
         emitter = emitter_at(table.emitters, index)
         store_f64(out, 3 * i, float(emitter.instance))
         store_f64(out, 3 * i + 1, float(load_i32(emitter_group_at(table.groups, emitter.group).primitives, k)))
@@ -113,6 +114,37 @@ def test_every_triangle_that_emits_has_a_chance(scene):
     share_kernel(scene.record, 0.0, 0.0, 6.0, 1.0, shares.shape[1], address(shares))
     for instance, row in zip(scene.instances, shares, strict=True):
         assert (row[: len(scene.meshes[instance["mesh"]].triangles)] > 0.0).all()
+
+
+def pictures():
+    """Two quads whose emission is a checkerboard, bright on less than half of it; one is mirrored and stretched."""
+    b = Builder()
+    board = checkered((30.0, 20.0, 10.0), (0.0, 0.1, 0.2), 1.3)
+    b.add(QUAD, board, scaled(matrix((0.3, 0.2, 1.5), (0.2, 0.1, -1.0)), 1.5, 1.0, 1.0))
+    b.add(QUAD, board, scaled(matrix((-2.0, 1.0, 0.5), (1.0, -0.4, 0.1)), -0.5, 0.8, 1.0))
+    return b.finish(look((0.0, -5.0, 1.0), (0.0, 0.0, 0.0), 8))
+
+
+@pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (0.3, 0.2, 1.4), (9.0, -7.0, 5.0)])
+def test_points_of_pictures_are_found_again_with_their_density(point):
+    """Near the quad, beside it and far away; but for points at the edges of cells, by rounding."""
+    scene = pictures()
+    samples = draw(scene, point, 5000)
+    samples = samples[samples[:, 0] > 0.0]
+    found = triangle_densities(scene, point, samples)
+    assert len(samples) > 1000
+    assert np.isclose(found, samples[:, 4], rtol=1e-3).mean() > 0.99
+
+
+@pytest.mark.parametrize(("point", "most"), [((0.0, 0.0, -2.0), 0.6), ((0.0, 0.0, 0.0), 1.2), ((0.3, 0.2, 1.2), 2.2)])
+def test_what_is_bright_in_a_picture_is_sampled_more(point, most, monkeypatch):
+    """The same irradiance as without cells, within four standard errors; farther away than a picture is long, by less
+    of the variance; just before it, where every second sample is of all of it, by twice that at most."""
+    mean, error = irradiance(pictures(), point, (0.0, 0.0, 1.0))
+    monkeypatch.setattr(lights, "_MOST_CELLS", 1)
+    plain, plain_error = irradiance(pictures(), point, (0.0, 0.0, 1.0))
+    assert mean == pytest.approx(plain, abs=4.0 * np.hypot(error, plain_error))
+    assert error**2 < most * plain_error**2
 
 
 def test_what_is_near_is_chosen_more_often():

@@ -107,13 +107,33 @@ def _leaf_probability(tree, o, n, place):
 
 @inlined
 def _span(group, run, length):
-    """The triangles [first, last) of a run."""
-    return run * length, min((run + 1) * length, group.n)
+    """The cells [first, last) of a run of triangles."""
+    count = group.cells * group.cells
+    return run * length * count, min((run + 1) * length, group.n) * count
+
+
+@inlined
+def triangle_weight(group, position):
+    """What a triangle counts for among those of its group."""
+    count = group.cells * group.cells
+    return load_f64(group.cumulated, (position + 1) * count) - load_f64(group.cumulated, position * count)
+
+
+@inlined
+def cell_share(group, position, cell):
+    """The probability with which `choose_triangle` chooses a cell of a triangle, where it has chosen that."""
+    at = position * group.cells * group.cells + cell
+    own = load_f64(group.cumulated, at + 1) - load_f64(group.cumulated, at)
+    total = triangle_weight(group, position)
+    return own / total if total > 0.0 else 0.0
 
 
 @device
 def choose_triangle(table, o, n, u):
-    """(emitter, index in its group's list, probability) of an emissive triangle for o with normal n (zero: any)."""
+    """(emitter, index in its group's list, cell, probability) of an emissive triangle for o with normal n.
+
+    The probability is that of the triangle; for that of the cell (kernels.lights.cells) in it see `cell_share`.
+    """
     tree = emitter_tree_at(table.emitter_tree, 0)
     place, probability, u = _choose_leaf(tree, o, n, u)
     emitter = load_i32(tree.leaves, 2 * place)
@@ -121,15 +141,17 @@ def choose_triangle(table, o, n, u):
     low, high = _span(group, load_i32(tree.leaves, 2 * place + 1), tree.run)
     base = load_f64(group.cumulated, low)
     span = load_f64(group.cumulated, high) - base
+    count = group.cells * group.cells
     if span <= 0.0:
-        return emitter, low, 0.0
+        return emitter, low // count, 0, 0.0
     while high - low > 1:
         middle = (low + high) >> 1
         if load_f64(group.cumulated, middle) - base <= u * span:
             low = middle
         else:
             high = middle
-    return emitter, low, probability * (load_f64(group.cumulated, low + 1) - load_f64(group.cumulated, low)) / span
+    position = low // count
+    return emitter, position, low - position * count, probability * triangle_weight(group, position) / span
 
 
 @device
@@ -144,5 +166,5 @@ def triangle_share(table, emitter, group, primitive, o, n):
     span = load_f64(group.cumulated, last) - load_f64(group.cumulated, first)
     if span <= 0.0:
         return 0.0
-    own = load_f64(group.cumulated, position + 1) - load_f64(group.cumulated, position)
-    return _leaf_probability(tree, o, n, load_i32(tree.places, emitter.first_leaf + run)) * own / span
+    leaf = _leaf_probability(tree, o, n, load_i32(tree.places, emitter.first_leaf + run))
+    return leaf * triangle_weight(group, position) / span

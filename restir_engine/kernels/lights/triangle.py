@@ -1,4 +1,7 @@
-"""Emissive triangles: chosen by power, then a point uniform by solid angle where they are near, by area where not."""
+"""Emissive triangles: chosen by power, then a point uniform by solid angle where they are near, by area where not.
+
+Where emission varies over a triangle, the point is one of a cell of it, chosen by its emission.
+"""
 
 import math
 
@@ -16,12 +19,16 @@ from ..core.records import (
 )
 from ..core.vec import add, cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
 from ..geometry.surface import surface_point, triangle_material
+from .cells import cell, cell_at, cell_of_triangle
 from .emission import run_emission, shadow_point
-from .emitter_tree import choose_triangle, triangle_share
+from .emitter_tree import cell_share, choose_triangle, triangle_share
 
 # Emission sampling of materials; 1 (auto) and 4 mean both sides.
 _FRONT = 2
 _BACK = 3
+
+# Of the points of a triangle with cells those that are drawn from all of it, where it is nearer than it is long.
+_WHOLE = 0.5
 
 # Below this solid angle the spherical formulas lose their digits, and area sampling is as good.
 _TINY = 1e-7
@@ -95,7 +102,7 @@ def even_barycentrics(u0, u1):
 def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
     """Choose a point of an emissive triangle; ls.pdf leaves out the choice between lamps, triangles and world."""
     table = light_table_at(scene.light_table, 0)
-    index, i, chance = choose_triangle(table, o, vec(sp.receiver), u2)
+    index, i, part, chance = choose_triangle(table, o, vec(sp.receiver), u2)
     if chance <= 0.0:
         return False
     emitter = emitter_at(table.emitters, index)
@@ -103,36 +110,79 @@ def sample_triangle(scene, sp, scratch, o, u0, u1, u2, ls):
     primitive = load_i32(group.primitives, i)
     instance = emitter.instance
     a, b, c = triangle_vertices(scene, instance, primitive)
-    n = cross(sub(b, a), sub(c, a))
+    ab, ac = sub(b, a), sub(c, a)
+    first, second, side = 0.0, 0.0, 1.0
+    if group.cells > 1:
+        whole = _WHOLE if _spherical(a, b, c, cross(ab, ac), o) > 0.0 else 0.0
+        if u0 < whole:
+            u0 /= whole
+        else:
+            u0 = (u0 - whole) / (1.0 - whole)
+            first, second, side = cell(group.cells, part)
+    corner = madd(madd(a, ab, first), ac, second)
+    found, u, v, p, d, t, density = _sample_part(o, u0, u1, corner, scale(ab, side), scale(ac, side))
+    if not found:
+        return False
+    u, v = first + side * u, second + side * v
+    if group.cells > 1:
+        density = _density_with_cells(group, i, o, a, ab, ac, u, v, p)
+    ls.pdf = density * chance
+    return ls.pdf > 0.0 and _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, True)
+
+
+@device
+def _sample_part(o, u0, u1, a, ab, ac):
+    """(whether there is one, barycentrics u and v, the point, direction, distance, density): a point of a triangle."""
+    nowhere = (0.0, 0.0, 0.0)
+    b, c = add(a, ab), add(a, ac)
+    n = cross(ab, ac)
     size = length(n)
     if size == 0.0:
-        return False
+        return False, 0.0, 0.0, nowhere, nowhere, 0.0, 0.0
     solid_angle = _spherical(a, b, c, n, o)
     if solid_angle > 0.0:
         d = _spherical_direction(normalize(sub(a, o)), normalize(sub(b, o)), normalize(sub(c, o)), solid_angle, u0, u1)
         along = dot(d, n)
         if along == 0.0:
-            return False
+            return False, 0.0, 0.0, nowhere, nowhere, 0.0, 0.0
         t = dot(sub(a, o), n) / along
         p = madd(o, d, t)
         w = sub(p, a)
         inverse = 1.0 / (size * size)
-        u = min(max(dot(cross(w, sub(c, a)), n) * inverse, 0.0), 1.0)
-        v = min(max(dot(cross(sub(b, a), w), n) * inverse, 0.0), 1.0 - u)
-        density = 1.0 / solid_angle
-    else:
-        u, v = even_barycentrics(u0, u1)
-        p = madd(madd(a, sub(b, a), u), sub(c, a), v)
-        w = sub(p, o)
-        t = length(w)
-        if t <= 0.0:
-            return False
-        d = scale(w, 1.0 / t)
-        density = _area_density(t * t, dot(d, n))
-        if density == 0.0:
-            return False
-    ls.pdf = density * chance
-    return _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, True)
+        u = min(max(dot(cross(w, ac), n) * inverse, 0.0), 1.0)
+        v = min(max(dot(cross(ab, w), n) * inverse, 0.0), 1.0 - u)
+        return True, u, v, p, d, t, 1.0 / solid_angle
+    u, v = even_barycentrics(u0, u1)
+    p = madd(madd(a, ab, u), ac, v)
+    d, t2 = _towards(p, o)
+    if t2 == 0.0:
+        return False, 0.0, 0.0, nowhere, nowhere, 0.0, 0.0
+    density = _area_density(t2, dot(d, n))
+    return density > 0.0, u, v, p, d, math.sqrt(t2), density
+
+
+@device
+def _part_density(o, a, ab, ac, p):
+    """The density by solid angle at o with which `_sample_part` draws the point p."""
+    n = cross(ab, ac)
+    solid_angle = _spherical(a, add(a, ab), add(a, ac), n, o)
+    if solid_angle > 0.0:
+        return 1.0 / solid_angle
+    d, t2 = _towards(p, o)
+    return _area_density(t2, dot(d, n))
+
+
+@device
+def _density_with_cells(group, position, o, a, ab, ac, u, v, p):
+    """The same of the cells of a triangle, mixed with that of the whole triangle where it is near.
+
+    There distance and angle count for as much as emission, and cells are chosen by the latter alone.
+    """
+    part = cell_at(group.cells, u, v)
+    corner, edge, other = cell_of_triangle(a, ab, ac, group.cells, part)
+    density = cell_share(group, position, part) * _part_density(o, corner, edge, other, p)
+    solid_angle = _spherical(a, add(a, ab), add(a, ac), cross(ab, ac), o)
+    return (1.0 - _WHOLE) * density + _WHOLE / solid_angle if solid_angle > 0.0 else density
 
 
 @inlined
@@ -237,15 +287,18 @@ def triangle_pdf(scene, sp, o):
     side = -1.0 if sp.backfacing else 1.0  # surface_point has turned the tangents over
     ab = scale(vec(sp.dpdu), side)
     ac = scale(vec(sp.dpdv), side)
-    n = cross(ab, ac)
     p = vec(sp.p)
-    if light_table_at(scene.light_table, 0).tiles == 0:
-        if not _sampled_side(scene, sp):
-            return 0.0
-        a = madd(madd(p, ab, -sp.u), ac, -sp.v)
-        solid_angle = _spherical(a, add(a, ab), add(a, ac), n, o)
-        if solid_angle > 0.0:
-            return chance / solid_angle
-    w = sub(p, o)
-    t2 = dot(w, w)
-    return chance * _area_density(t2, dot(w, n) / math.sqrt(t2)) if t2 > 0.0 else 0.0
+    table = light_table_at(scene.light_table, 0)
+    if table.tiles != 0:
+        d, t2 = _towards(p, o)
+        return chance * _area_density(t2, dot(d, cross(ab, ac))) if t2 > 0.0 else 0.0
+    if not _sampled_side(scene, sp):
+        return 0.0
+    a = madd(madd(p, ab, -sp.u), ac, -sp.v)
+    group = emitter_group_at(
+        table.groups, emitter_at(table.emitters, instance_at(scene.instances, sp.instance).lights).group
+    )
+    if group.cells == 1:
+        return chance * _part_density(o, a, ab, ac, p)
+    position = load_i32(group.positions, sp.primitive)
+    return chance * _density_with_cells(group, position, o, a, ab, ac, float(sp.u), float(sp.v), p)

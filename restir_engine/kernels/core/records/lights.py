@@ -58,7 +58,8 @@ EMITTER_GROUP = record(  # the emissive triangles of one mesh under one list of 
     "n",
     "alias",  # ALIAS [n]
     "primitives",  # int32 [n], so that what is near in the list is near in space
-    "cumulated",  # float64 [n + 1], cumulated weights in that order
+    "cells",  # along an edge of each triangle, see kernels.lights.cells; 1: triangles are not divided
+    "cumulated",  # float64 [n cells² + 1], cumulated weights of cells in that order
     "positions",  # int32 [n_triangles of the mesh], where in that list, -1: not emissive
     "probabilities",  # float32 [n_triangles of the mesh], 0: not emissive
 )
