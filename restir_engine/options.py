@@ -187,6 +187,31 @@ SCENE_OPTIONS: dict[str, Option] = {
         "many lamps it leaves 0.25 to 0.8 of the variance; with one lamp it only costs a tenth of the speed. Biased: "
         "averages by up to 0.4 %, blocks of 8 × 8 pixels by about 1 %",
     ),
+    "sss_shift": Option(
+        "Reuse",
+        "ReSTIR: pixels share where light leaves the objects they show, of Hybrid and Diffusion. What differs is how a "
+        "path of one pixel becomes one of another",
+        choices=(
+            ("NONE", "None", "Each pixel on its own"),
+            ("AUTO", "Automatic", "What measures best: Reconnection"),
+            ("RECONNECTION", "Reconnection", "The exit is kept: no rays. Best where pixels are small"),
+            ("DELAYED", "Delayed Reconnection", "The exit is looked for again, the light is kept: two rays a path"),
+            ("HYBRID", "Hybrid", "The former for exits that are far away, else the latter"),
+            ("SEQUENTIAL", "Sequential", "A round of each"),
+            ("SEQUENTIAL_FAST", "Sequential, Fast (biased)", "The same, with a ray less for each pixel"),
+        ),
+    ),
+    "sss_neighbours": Option(
+        "Reuse Neighbors",
+        "Pixels that each pixel takes subsurface light from, within two to three scattering lengths and 5 to 30 pixels",
+        min=1,
+        max=15,
+    ),
+    "sss_temporal": Option(
+        "Reuse in Time",
+        "Each sample takes subsurface light also from the one before. It raises the noise of final renders, because "
+        "samples become copies of each other",
+    ),
     "sss_after_diffuse": Option(
         "After Diffuse",
         "How subsurface materials look after a diffuse bounce",

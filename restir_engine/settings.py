@@ -47,6 +47,9 @@ class RenderSettings:
     sss_irradiance_cache: bool = False  # HYBRID
     cycles_burley_kernel: bool = False
     exact_walks: bool = False
+    sss_shift: str = "NONE"  # RESTIR: NONE, AUTO, RECONNECTION, DELAYED, HYBRID, SEQUENTIAL, SEQUENTIAL_FAST
+    sss_neighbours: int = 8  # pixels that each takes subsurface light from
+    sss_temporal: bool = False  # and from the frame before
     sss_max_scatters: int = 0  # scattering events that a random walk may have; 0: unlimited, -1: none
     sss_after_diffuse: str = "BURLEY_DIFFUSE"  # ALWAYS, BURLEY_DIFFUSE, DIFFUSE: which methods are diffuse from then on
     pixel_filter: str = "BLACKMAN_HARRIS"  # BOX, GAUSSIAN, BLACKMAN_HARRIS

@@ -116,6 +116,13 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
         hybrid = column.column()
         hybrid.active = "HYBRID" in (own.sss_method, own.preview_sss_method)
         hybrid.prop(own, "sss_irradiance_cache")
+        reuse = column.column()
+        reuse.active = own.integrator == "RESTIR"
+        reuse.prop(own, "sss_shift")
+        several = reuse.column()
+        several.active = own.sss_shift != "NONE"
+        several.prop(own, "sss_neighbours")
+        several.prop(own, "sss_temporal")
         column.prop(own, "cycles_burley_kernel")
         column.prop(own, "sss_after_diffuse")
 

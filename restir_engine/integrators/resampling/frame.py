@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 
 from ...kernels.core.memory import address, record_at
@@ -31,6 +33,8 @@ FRAME = np.dtype(
         ("indirect", np.int64),
         ("mean_visibilities", np.int64),  # float32 [4]: kernels.lights.mean_visibility
         ("control_variates", np.int64),  # float32 [3]: LIGHT_SAMPLE.control_variate of the candidates, times the guess
+        ("domains", np.int64),  # what the technique keeps of a pixel's domain, laid out as it likes; 0: nothing
+        ("radii", np.int64),  # float32: how far spatial neighbours may be, pixels; 0: REUSE.radius for all
     ]
 )
 TILE = 32  # pixels: closures of so many by so many pixels lie in one pool
@@ -72,6 +76,7 @@ class Frame:
         record = self._record[0]
         record["width"], record["height"], record["channels"] = width, height, channels
         record["indirect"] = address(self.indirect)
+        self.companion: Frame | None = None  # of another technique at the same points
         self._x = self._y = 0
         self.place(0, 0)
 
@@ -82,6 +87,20 @@ class Frame:
             self._record[0][name] = self._origin(getattr(self, name))
         self.use_reservoirs(0)
 
+    def accompany(self, reservoir: np.dtype, domain: np.dtype) -> None:
+        """Make the companion: it shares all but reservoirs, light, and what its technique keeps of each pixel."""
+        other = copy.copy(self)
+        shape = self.points.shape
+        other._reservoirs = [np.zeros((1, *shape), reservoir) for _ in range(2)]
+        other.light = np.zeros((*shape, 9), np.float32)
+        other.domains = np.zeros(shape, domain)
+        other.radii = np.zeros(shape, np.float32)
+        other._record = self._record.copy()
+        for name in ("light", "domains", "radii"):
+            other._record[0][name] = address(getattr(other, name))
+        other.use_reservoirs(0)
+        self.companion = other
+
     def _origin(self, array: np.ndarray, axis: int = 1) -> int:
         """The address at which the item of the film's first pixel would be; axis: that of the columns."""
         return address(array) - array.strides[axis] * (self._y * self.points.shape[1] + self._x)
@@ -90,6 +109,11 @@ class Frame:
     def record(self) -> np.void:
         """The FRAME record."""
         return self._record[0]
+
+    @property
+    def address(self) -> int:
+        """That of the FRAME record."""
+        return address(self._record)
 
     @property
     def reservoirs(self) -> np.ndarray:
@@ -117,4 +141,7 @@ class Frame:
         """Memory that the frame takes."""
         arrays = [self.points, self.paths, self.pixels, self.hits, self.light, self.indirect]
         arrays += [self.mean_visibilities, self.control_variates]
+        own = self.companion
+        if own:
+            arrays += [own.light, own.domains, own.radii, *own._reservoirs]
         return sum(array.nbytes for array in [*arrays, *self._reservoirs, *self._pools.values()])

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...reuse_settings import ReuseSettings
 from .frame import Frame
 from .motion import Motion
 
@@ -26,19 +25,19 @@ class Before(NamedTuple):
 
 
 class History:
-    """The frame before of frames with the same ReuseSettings, and what their pixels know of visibility.
+    """The frame before of frames with the same settings of reuse, and what their pixels know of visibility.
 
     The frame before is that of the sample before; where a scene has taken another's place, it is that scene's last.
     `before` is None where there is no such frame yet, or where nothing is reused in time.
     """
 
-    def __init__(self, settings: ReuseSettings) -> None:
+    def __init__(self, settings: tuple) -> None:
         self.settings = settings
         self.before: Before | None = None
         self._mean_visibilities: np.ndarray | None = None
         self._motion: tuple[Scene, Scene, Motion] | None = None
 
-    def serves(self, settings: ReuseSettings) -> bool:
+    def serves(self, settings: tuple) -> bool:
         """Whether frames with these settings may go on with it: reservoirs mean the same to them."""
         return self.settings == settings
 

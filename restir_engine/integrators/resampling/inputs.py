@@ -6,7 +6,7 @@ pixel's own; its domain is the one resampled for.
 
 from ...kernels.core.jit import device, inlined
 from ...kernels.core.memory import call_entry, prefetch, store_f32
-from ...kernels.core.records import PATH, SHADING_POINT, shading_point_at, shared_area
+from ...kernels.core.records import PATH, SHADING_POINT, resampling_area, shading_point_at
 from ...kernels.core.vec import load3_f32, store3_f32
 from ...kernels.lobes.classes import NO_LOBES, Lobes, lobe_add, lobe_scale
 from .mis import CONTRIBUTION
@@ -36,7 +36,7 @@ from .technique import (
 )
 
 # One SHIFTED more than there are candidates is for what is needed at once.
-WORK_TABLE = shared_area(TABLE_BYTES + (DOMAIN_BYTES + SHIFTED_BYTES) * MAX_CANDIDATES + SHIFTED_BYTES)
+WORK_TABLE = resampling_area(TABLE_BYTES + (DOMAIN_BYTES + SHIFTED_BYTES) * MAX_CANDIDATES + SHIFTED_BYTES)
 WORK_DOMAINS = WORK_TABLE + TABLE_BYTES
 WORK_SHIFTED = WORK_DOMAINS + DOMAIN_BYTES * MAX_CANDIDATES
 WORK_BACK = WORK_SHIFTED + SHIFTED_BYTES * MAX_CANDIDATES

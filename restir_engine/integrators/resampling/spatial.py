@@ -7,6 +7,7 @@ then every pixel finds in the table also what its own sample is worth to them.
 
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined, kernel
+from ...kernels.core.memory import load_f32
 from ...kernels.core.records import INTEGRATOR, SCENE
 from ...kernels.core.vec import vec
 from .frame import FRAME
@@ -55,7 +56,7 @@ def spatial_tile(
     for y in range(y0, y1):
         for x in range(x0, x1):
             pixel = y * frame.width + x
-            if point_at(frame, pixel).instance < 0:
+            if not _has_domain(frame, start, pixel):
                 clear(reservoir_at(to, pixel), 0.0)
                 continue
             domain_at(domain_of(scratch, 0), 0).pixel = pixel
@@ -78,13 +79,19 @@ def _pairs_of(pairs, count, x, y, x0, y0, x1):
 
 
 @inlined
-def _suits(frame, reuse, pixel, x, y):
+def _has_domain(frame, start, pixel):
+    """Whether the technique has anything to sample at a pixel."""
+    return point_at(frame, pixel).instance >= 0 and reservoir_at(start, pixel).confidence > 0.0
+
+
+@inlined
+def _suits(frame, reuse, start, pixel, x, y):
     """Whether the pixel (x, y) is on the film and shows a surface like that of `pixel`, another one; symmetric."""
     if x < 0 or y < 0 or x >= frame.width or y >= frame.height or y * frame.width + x == pixel:
         return False
     sp = point_at(frame, pixel)
     op = point_at(frame, y * frame.width + x)
-    return op.instance >= 0 and similar(
+    return _has_domain(frame, start, y * frame.width + x) and similar(
         vec(sp.p), vec(sp.n), sp.material, sp.t, vec(op.p), vec(op.n), op.material, op.t, reuse.min_cosine,
         reuse.max_depth,
     )  # fmt: skip
@@ -95,9 +102,10 @@ def _put_neighbours(frame, reuse, scratch, start, x, y, key, count):
     """Put the samples of accepted neighbours from a disk into the table; the number of candidates."""
     pixel = y * frame.width + x
     n = 1
+    radius = load_f32(frame.radii, pixel) if frame.radii != 0 else float(reuse.radius)
     for index in range(count):
-        nx, ny = disk_neighbour(key, index, x, y, reuse.radius)
-        if _suits(frame, reuse, pixel, nx, ny):
+        nx, ny = disk_neighbour(key, index, x, y, radius)
+        if _suits(frame, reuse, start, pixel, nx, ny):
             other = ny * frame.width + nx
             domain_at(domain_of(scratch, n), 0).pixel = other
             at = start + RESERVOIR_BYTES * other
@@ -115,12 +123,12 @@ def _put_neighbours(frame, reuse, scratch, start, x, y, key, count):
 def _shift_partners(frame, reuse, scratch, start, x, y, turn, count, shifted):
     """Shift the samples of a pixel's partners to it: SHIFTED [count] at the address `shifted`."""
     pixel = y * frame.width + x
-    if point_at(frame, pixel).instance < 0:
+    if not _has_domain(frame, start, pixel):
         return
     block = block_of(reuse.radius)
     for index in range(count):
         mx, my = pair_mask(reuse.seed, turn, index, count, block)
-        if _suits(frame, reuse, pixel, x ^ mx, y ^ my):
+        if _suits(frame, reuse, start, pixel, x ^ mx, y ^ my):
             other = (y ^ my) * frame.width + (x ^ mx)
             domain_at(domain_of(scratch, 0), 0).pixel = pixel
             domain_at(domain_of(scratch, 1), 0).pixel = other
@@ -137,7 +145,7 @@ def _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0
     for index in range(count):
         mx, my = pair_mask(reuse.seed, turn, index, count, block)
         px, py = x ^ mx, y ^ my
-        if not _suits(frame, reuse, pixel, px, py):
+        if not _suits(frame, reuse, start, pixel, px, py):
             continue
         domain_at(domain_of(scratch, n), 0).pixel = py * frame.width + px
         at = start + RESERVOIR_BYTES * (py * frame.width + px)

@@ -61,7 +61,7 @@ def temporal_tile(
     for y in range(y0, y1):
         for x in range(x0, x1):
             pixel = y * frame.width + x
-            if point_at(frame, pixel).instance < 0:
+            if point_at(frame, pixel).instance < 0 or reservoir_at(own, pixel).confidence <= 0.0:
                 clear(reservoir_at(to, pixel), 0.0)
                 continue
             prefetch_domain(frame, pixel)
@@ -69,7 +69,7 @@ def temporal_tile(
             put_canonical(frame, scratch, pixel, own + RESERVOIR_BYTES * pixel)
             there = find_before(scene, camera, frame, scene_before, camera_before, before, motion, reuse, x, y)
             n = 1
-            if there >= 0:
+            if there >= 0 and reservoir_at(theirs, there).confidence > 0.0:
                 prefetch_domain(before, there)
                 then.pixel = there
                 at = theirs + RESERVOIR_BYTES * there

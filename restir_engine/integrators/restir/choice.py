@@ -24,6 +24,7 @@ from ...settings import RenderSettings, required_passes
 from ..base import Integrator
 from ..path.integrator import PathIntegrator
 from ..resampling.history import History
+from ..techniques.subsurface.layer import resamples_subsurface
 from .integrator import RestirIntegrator
 
 log = logging.getLogger(__name__)
@@ -60,7 +61,8 @@ def integrator_of(
 ) -> Integrator:
     """The integrator of a render that asks for RESTIR."""
     reuse = settings.reuse
-    if not reuse.pilot or reuse.temporal or reuse.rounds or "Visibility Estimate" in settings.passes:
+    resamples = reuse.temporal or reuse.rounds or resamples_subsurface(context.scene, settings)
+    if not reuse.pilot or resamples or "Visibility Estimate" in settings.passes:
         return RestirIntegrator(context, settings, film, history)
     if not has_choice(context.scene):
         return PathIntegrator(context, settings, film)

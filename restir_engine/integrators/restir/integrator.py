@@ -21,6 +21,7 @@ from ..techniques.direct.groups import LAST, LAST_OF_FRAME
 from ..techniques.direct.row import direct_technique
 from ..techniques.direct.sample import DIRECT_RESERVOIR
 from ..techniques.direct.visibility import visibility_of
+from ..techniques.subsurface.layer import SubsurfaceLayer, resamples_subsurface
 from .gbuffer import gbuffer_tile
 from .paths import PathSteps, resamples_paths
 from .shade import film_tile, shade_tile
@@ -46,8 +47,9 @@ class RestirIntegrator(Integrator):
         self, context: FrameContext, settings: RenderSettings, film: Film, history: History | None = None
     ) -> None:
         options = settings.reuse
-        if history is None or not history.serves(options):
-            history = History(options)
+        kept = (options, settings.sss_shift, settings.sss_method)
+        if history is None or not history.serves(kept):
+            history = History(kept)
         count = tile_count(film.width * film.height)
         tiles = LightTiles(context.scene, count, candidates=options.light_candidates)
         super().__init__(context.with_tiles(tiles), settings, film)
@@ -55,9 +57,11 @@ class RestirIntegrator(Integrator):
         self.history = history
         self.paths = PathSteps(self) if resamples_paths(options, context.scene) else None
         self.reuse = Reuse(options, self.paths.technique if self.paths else direct_technique(options))
+        below = resamples_subsurface(context.scene, settings) and not self.paths
+        self.subsurface = SubsurfaceLayer(settings) if below else None
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
-        whole = options.temporal or options.rounds or self._shows_visibility or self.cache
+        whole = options.temporal or options.rounds or self.subsurface or self._shows_visibility or self.cache
         self.frame = self._new_frame() if whole else None
         if not whole:
             self.max_batch = MOST_FRAMES
@@ -65,7 +69,10 @@ class RestirIntegrator(Integrator):
 
     def _new_frame(self) -> Frame:
         size = self.film.width, self.film.height
-        return self._frame(*size, self.history.mean_visibilities(*size))
+        frame = self._frame(*size, self.history.mean_visibilities(*size))
+        if self.subsurface:
+            self.subsurface.accompany(frame)
+        return frame
 
     def _frame(self, width: int, height: int, mean_visibilities: np.ndarray) -> Frame:
         channels, layers = self.film.pixels.shape[2], len(self.reuse.records)
@@ -76,7 +83,8 @@ class RestirIntegrator(Integrator):
     def kernels(self) -> list:
         """The steps of a frame in their order, see `stages`."""
         candidates, shade = self.paths.kernels if self.paths else (candidates_tile, shade_tile)
-        return [fill_tiles, gbuffer_tile, candidates, *self.reuse.kernels(), shade, film_tile]
+        below = self.subsurface.kernels() if self.subsurface else []
+        return [fill_tiles, gbuffer_tile, candidates, *self.reuse.kernels(), *below, shade, film_tile]
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a frame, or where no pixel looks at another of several, a tile's all at once."""
@@ -91,8 +99,9 @@ class RestirIntegrator(Integrator):
         candidates, shade = partial(self._candidates, 0 if reuse else last, frame), partial(self._shade, frame)
         if self.paths:
             candidates, shade = partial(self.paths.candidates, not reuse, frame), partial(self.paths.light, frame)
+        below = self._subsurface_stages(first_sample) if self.subsurface else []
         steps = [self._fill(first_sample), Stage(partial(self._gbuffer, first_sample, frame)), Stage(candidates)]
-        return [*steps, *reuse, Stage(shade), Stage(partial(self._film, frame), finish=self._finish)]
+        return [*steps, *reuse, *below, Stage(shade), Stage(partial(self._film, frame), finish=self._finish)]
 
     def _by_tiles(self, sample: int) -> list[Stage]:
         """The steps of a frame, those of each tile one after the other."""
@@ -113,6 +122,14 @@ class RestirIntegrator(Integrator):
         tiles = [(tile, tile + 1) for tile in range(self.context.tiles.count)]
         return Stage(partial(self._fill_tiles, self._frame_seed(sample)), tiles)
 
+    def _subsurface_stages(self, sample: int) -> list[Stage]:
+        """Candidates and reuse of subsurface light."""
+        layer, frame = self.subsurface, self.frame
+        seed = self._frame_seed(sample)
+        reuse = layer.reuse.stages(self.context, self.record, frame.companion, self.history, seed)
+        args = (0 if reuse else 1, self.context, self.record, self.film.record, frame)
+        return [Stage(partial(layer.candidates, *args)), *reuse]
+
     def visibility(self) -> np.ndarray:
         """V̄ of the samples in the last finished frame by channel: (height, width, 3), NaN where unknown."""
         return visibility_of(self._finished.reservoirs)
@@ -126,7 +143,7 @@ class RestirIntegrator(Integrator):
             sums = self.film.sums("Visibility Estimate")
             sums[..., :3] += np.nan_to_num(v)
             sums[..., 3] += np.isfinite(v).mean(-1)
-        if self.reuse.settings.temporal:
+        if self.reuse.settings.temporal or (self.subsurface and self.subsurface.reuse.settings.temporal):
             self.frame = self.history.remember(self, self.frame) or self._new_frame()
 
     def _fill_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
@@ -154,7 +171,8 @@ class RestirIntegrator(Integrator):
     def _shade(self, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
         context = self._later
         args = (context.record, context.camera_record, self.record[0], self.film.record, frame.record)
-        shade_tile(*args, address(scratch), self.reuse.settings.exit_lights, *tile)
+        companion = (frame.companion.address, *self.subsurface.shading) if self.subsurface else (0, 0, 0)
+        shade_tile(*args, address(scratch), self.reuse.settings.exit_lights, *companion, *tile)
 
     def _film(self, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
         film_tile(self.film.record, frame.record, *tile)

@@ -1,7 +1,7 @@
 """The last steps of a frame: a reservoir's light is added, the path goes on, and the film takes the frame in."""
 
 from ...kernels.core.jit import inlined, kernel
-from ...kernels.core.memory import copy_words, record_address
+from ...kernels.core.memory import call_entry, call_for_outcome, copy_words, record_address
 from ...kernels.core.records import (
     CAMERA,
     FILM,
@@ -18,7 +18,7 @@ from ...kernels.film.contribute import contribute, lit
 from ...kernels.film.frame_pixels import add_pixels
 from ...kernels.geometry.intersect import put_nearest
 from ...kernels.lobes.classes import lobe_sum
-from ...kernels.path.state import ARRIVES, COUNTED, GOES_ON
+from ...kernels.path.state import ARRIVES, COUNTED, ENTERS, GOES_ON
 from ...kernels.volume.calls import media_around
 from ..path.bounce import bounce
 from ..path.trace import trace_path
@@ -37,9 +37,12 @@ def _add_light(integrator, film, path, frame, pixel):
 @kernel
 def shade_tile(
     scene: SCENE, camera: CAMERA, integrator: INTEGRATOR, film: FILM, frame: FRAME, scratch, exit_lights,
-    x0, y0, x1, y1,
+    companion, add_light, go_on, x0, y0, x1, y1,
 ):  # fmt: skip
-    """Light the vertices of a tile and follow their paths on; exit_lights: see `trace_path`."""
+    """Light the vertices of a tile and follow their paths on; exit_lights: see `trace_path`.
+
+    companion: the address of the FRAME of subsurface light, whose code the next two are; 0: there is none.
+    """
     path = path_at(scratch + SCRATCH_PATH, 0)
     for y in range(y0, y1):
         for x in range(x0, x1):
@@ -56,7 +59,12 @@ def shade_tile(
             sp.registers = registers
             media_around(scene, integrator, scratch, path, sp)
             _add_light(integrator, film, path, frame, index)
+            if companion != 0:
+                call_entry(add_light, record_address(integrator), record_address(film), companion, scratch, index)
             event = bounce(scene, integrator, path, sp)
+            if event == ENTERS and companion != 0:
+                at = record_address(scene), record_address(integrator)
+                event = call_for_outcome(go_on, at[0], at[1], companion, scratch, index)
             if event == GOES_ON and path.mis_pdf > 0.0:
                 path.mis_pdf = COUNTED
             hit = hit_at(frame.hits, index)

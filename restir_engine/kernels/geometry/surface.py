@@ -8,6 +8,7 @@ from ..core.vec import (
     cross,
     dot,
     is_black,
+    length,
     load3_f32,
     madd,
     neg,
@@ -79,12 +80,21 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
 @device
 def triangle_point(scene, instance, primitive, u, v):
     """The place of barycentrics (u, v) of a triangle in the world, as `surface_point` has it."""
+    p, _, _ = triangle_place(scene, instance, primitive, u, v)
+    return p
+
+
+@device
+def triangle_place(scene, instance, primitive, u, v):
+    """(place of barycentrics (u, v) of a triangle, normal by the mesh's winding, twice the area), in the world."""
     placed = instance_at(scene.instances, instance)
     mesh = mesh_at(scene.meshes, placed.mesh)
     a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
     ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
     ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
-    return transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
+    p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
+    area = length(cross(transform_vector(placed.to_world, ab), transform_vector(placed.to_world, ac)))
+    return p, normalize(transform_normal(placed.to_object, cross(ab, ac))), area
 
 
 @inlined

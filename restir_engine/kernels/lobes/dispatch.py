@@ -150,7 +150,7 @@ def label_pdf(sp, wi, label):
 
 
 @device
-def _pick(sp, u):
+def pick_closure(sp, u):
     """(index of a closure chosen by sampling weight or -1, its probability, u stretched to be used again)."""
     total = 0.0
     for i in range(sp.n_closures):
@@ -231,7 +231,7 @@ def bsdf_sample(scene, sp, u0, u1, u2):
             value = pdf * bump_shadowing(sp, c, wi, True) * terminator_offset(sp, c, wi)
             r, g, b = scale(vec(c.weight), value)
             return LABEL_REFLECT | LABEL_DIFFUSE, wi, Lobes((r, g, b), _NONE, _NONE), pdf
-    chosen, probability, u = _pick(sp, u0)
+    chosen, probability, u = pick_closure(sp, u0)
     if chosen < 0:
         return 0, _NONE, NO_LOBES, 0.0
     c = closure_at(sp.closures, chosen)

@@ -22,7 +22,7 @@ from .probe import H_EVENTS, H_LIT, H_NORMAL, H_PRIMITIVE, H_T, H_U, H_V, H_WEIG
 # An exit whose weight is below this part of the largest one's is a candidate with a probability that falls with it.
 _CERTAIN = 0.05
 
-_DIM_EXIT, _DIM_CANDIDATE = 2, 3  # random dimensions of the exits' vertex, besides those of light sampling
+DIM_EXIT, _DIM_CANDIDATE = 2, 3  # random dimensions of the exits' vertex, besides those of light sampling
 
 
 @inlined
@@ -70,7 +70,7 @@ def leave_by(scene, scratch, sp, k):
 
 
 @device
-def _light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
+def light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
     """Add the direct light of n exits by one shadow ray; the exit that `sp` was moved to last, -1: none.
 
     cached: whether some may be lit already.
@@ -115,14 +115,34 @@ def _light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
     return chosen
 
 
-@device
-def light_exits(scene, integrator, film, scratch, path, sp, n):
-    """Add the direct light of n exits, and leave by one of them, chosen in proportion to its weight; the next event."""
+@inlined
+def exit_amounts(scratch, n):
+    """(sum, largest) of what n exits' weights count for."""
     total, most = 0.0, 0.0
     for k in range(n):
         a = amount(exit_weight(scratch, k))
         total += a
         most = max(most, a)
+    return total, most
+
+
+@device
+def choose_exit(scratch, n, total, u):
+    """An exit chosen by u in proportion to its weight; total: of all n."""
+    left = total * u
+    chosen = 0
+    for k in range(n):
+        a = amount(exit_weight(scratch, k))
+        if a > 0.0 and left >= 0.0:
+            chosen = k
+        left -= a
+    return chosen
+
+
+@device
+def light_exits(scene, integrator, film, scratch, path, sp, n):
+    """Add the direct light of n exits, and leave by one of them, chosen in proportion to its weight; the next event."""
+    total, most = exit_amounts(scratch, n)
     if not 0.0 < total < 1.0e30:
         return ENDS
     at = -1
@@ -130,14 +150,8 @@ def light_exits(scene, integrator, film, scratch, path, sp, n):
         code = load_i64(integrator.scatter, LIGHT_FROM_CACHE)
         if code != 0:
             call_entry(code, record_address(scene), record_address(integrator), record_address(film), scratch, n)
-        at = _light_one(scene, integrator, film, scratch, path, sp, n, most, code != 0)
-    left = total * rng.sample1(path.key, path.sample, path.dimension + _DIM_EXIT)
-    chosen = 0
-    for k in range(n):
-        a = amount(exit_weight(scratch, k))
-        if a > 0.0 and left >= 0.0:
-            chosen = k
-        left -= a
+        at = light_one(scene, integrator, film, scratch, path, sp, n, most, code != 0)
+    chosen = choose_exit(scratch, n, total, rng.sample1(path.key, path.sample, path.dimension + DIM_EXIT))
     if chosen != at:
         leave_by(scene, scratch, sp, chosen)
         note_choice(scene, sp)  # for the weight of a light that the path's next ray hits

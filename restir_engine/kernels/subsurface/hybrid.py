@@ -17,21 +17,33 @@ import math
 from ..core import rng
 from ..core.fastmath import exp, log
 from ..core.jit import device, inlined, outcome_entry
-from ..core.memory import load_f64, load_i64, store_f64
+from ..core.memory import load_i64
 from ..core.records import closure_at, film_at, integrator_at, path_in, point_in, scene_at
-from ..core.vec import dot, load3_f64, madd, max3, mul, neg, scale, sub, vec
+from ..core.vec import dot, madd, max3, mul, neg, scale, vec
 from ..geometry.local import hit_normal, local_intersect
 from ..lobes.closure import P_ANISOTROPY
 from ..path.state import ENDS, FAR, next_after
 from .albedo import shape_factors, similar, single_albedo, slab_albedos, total_albedo
-from .diffusion import DIM_LINE, channel_shares, probe_around
+from .bssrdf import (
+    BSSRDF_ALONE,
+    EXITS,
+    MULTIPLE,
+    MULTIPLE_OF_SLAB,
+    NONE,
+    bssrdf_in,
+    channel_shares,
+    note_choice_of,
+    probe_bssrdf,
+    put_rgb,
+    start_bssrdf,
+    weigh_hits,
+)
+from .diffusion import DIM_CHANNEL, DIM_LINE
 from .entry import enter
 from .exits import exit_at, light_exits, put_exit
 from .method_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
 from .phase import around, hg, hg_sample
-from .probe import H_EVENTS, H_NORMAL, H_PDF, H_POINT, H_WEIGHT, hit_distance
-from .profile import REACH
-from .scales import channels, far_share, multiple_shape, profile_scales
+from .scales import channels, far_share, profile_scales
 
 # The far side of a slab that is thick against its profile gets at most so many times what the profile has there.
 _MOST = 64.0
@@ -41,7 +53,6 @@ _TRIES = 2.0
 
 _OUT = 0.6  # how often a half space's single scattering is looked for from outside, at g = 0
 _GRAZING = 1.0e-4  # cosine
-_NEARLY_NONE = 1.0e-7
 
 _DIM_DISTANCE, _DIM_PHASE, _DIM_ESCAPE, _DIMENSIONS = 2, 3, 4, 5  # random dimensions, besides the probe's
 
@@ -192,67 +203,43 @@ def _sampled(near, far):
     return 0.5 * (near + min(far, 1.0))
 
 
-@inlined
-def _turn(offset, r, n, ny):
-    """(the far side's share, how far the surface curves away) of a point at `offset`, which is r long; ny: its normal.
-
-    The latter is the sine of the normals' angle on a ball, 0 on both sides of a slab, negative in a hollow.
-    """
-    half = 0.5 - 0.5 * dot(n, ny)
-    return half * half, dot(offset, sub(ny, n)) / max(r, 1.0e-30) * math.sqrt(max(1.0 - half, 0.0))
-
-
 @device
-def _multiple(scene, table, scratch, path, sp, weight, part, u_line, u_radius, sigma_t, alpha, g, mu, thickness):
-    """Make exits of the probe's hits, weighted by what scatters twice and more; how many.
+def _fill(scene, table, scratch, sp, weight, part, sigma_t, alpha, g, mu, thickness):
+    """Fill the scratch's BSSRDF with what scatters twice and more.
 
     part: by channel, what a half space returns of it.
     """
     albedos, aware = load_i64(table, ALBEDOS), load_i64(table, FLAGS) & THICKNESS_AWARE != 0
-    full = mul(weight, part)
     d0, s0, p0 = profile_scales(sigma_t[0], alpha[0], g)
     d1, s1, p1 = profile_scales(sigma_t[1], alpha[1], g)
     d2, s2, p2 = profile_scales(sigma_t[2], alpha[2], g)
     n0, f0, a0, b0, c0 = _sides(albedos, part[0], d0, s0, p0, sigma_t[0], alpha[0], g, mu, thickness, aware)
     n1, f1, a1, b1, c1 = _sides(albedos, part[1], d1, s1, p1, sigma_t[1], alpha[1], g, mu, thickness, aware)
     n2, f2, a2, b2, c2 = _sides(albedos, part[2], d2, s2, p2, sigma_t[2], alpha[2], g, mu, thickness, aware)
-    near, far, wide_near, wide_far = (n0, n1, n2), (f0, f1, f2), (a0, a1, a2), (b0, b1, b2)
-    bend = (c0, c1, c2)
-    d, single, share = (d0, d1, d2), (s0, s1, s2), (p0, p1, p2)
-    x, n = vec(sp.p), vec(sp.ng)
     sampled = (d0 * _sampled(a0, b0), d1 * _sampled(a1, b1), d2 * _sampled(a2, b2))
-    found = probe_around(scene, table, scratch, path, sp, full, sampled, thickness, u_line, u_radius)
-    for k in range(found):
-        hit = exit_at(scratch, k)
-        pdf = load_f64(hit, H_PDF)
-        r = hit_distance(hit, x)
-        away = turned = 0.0
-        if aware:
-            away, turned = _turn(sub(load3_f64(hit, H_POINT), x), r, n, load3_f64(hit, H_NORMAL))
-        for c in range(3):
-            w = 0.0
-            if full[c] > 0.0 and r <= REACH * sampled[c] and pdf > 0.0:
-                a, b = wide_near[c], wide_far[c]
-                w = (1.0 - away) * near[c] * multiple_shape(r, a * d[c], a * single[c], share[c])
-                if away > _NEARLY_NONE:
-                    w += away * far[c] * multiple_shape(max(r, thickness), b * d[c], b * single[c], share[c])
-                w *= max(1.0 + bend[c] * turned, 0.0) * full[c] / pdf
-            store_f64(hit, H_WEIGHT + c, w)
-        store_f64(hit, H_EVENTS, 2.0)
-    return found
+    b = bssrdf_in(scratch)
+    start_bssrdf(b, sp, MULTIPLE_OF_SLAB if aware else MULTIPLE, mul(weight, part), (d0, d1, d2), sampled, thickness)
+    put_rgb(b.single, (s0, s1, s2))
+    put_rgb(b.share, (p0, p1, p2))
+    put_rgb(b.near, (n0, n1, n2))
+    put_rgb(b.far, (f0, f1, f2))
+    put_rgb(b.wide_near, (a0, a1, a2))
+    put_rgb(b.wide_far, (b0, b1, b2))
+    put_rgb(b.bend, (c0, c1, c2))
 
 
-@outcome_entry
-def hybrid(scene, integrator, film, scratch, _):
-    """The method of kernels.subsurface.methods."""
-    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
-    path, sp = path_in(scratch), point_in(scratch)
+@device
+def traced_exits(scene, integrator, scratch, path, sp, wanted):
+    """Fill the scratch's BSSRDF and exits, as `wanted`: first those of the probe; how many, -1: no light enters.
+
+    The exits' weights contain path.throughput.
+    """
     c = closure_at(sp.closures, sp.scatterer)
     table = integrator.scatter
     weight, sigma_t, alpha = channels(c, vec(path.throughput))
     enters, d = enter(path, sp, c)
     if not enters or not max3(weight) > 0.0:
-        return ENDS
+        return -1
     g = float(c.p[P_ANISOTROPY])
     mu = -dot(d, vec(sp.ng))
     o = vec(sp.p)
@@ -275,15 +262,40 @@ def hybrid(scene, integrator, film, scratch, _):
     u_term, u_radius = rng.sample2(path.key, path.sample, path.dimension + DIM_LINE)
     n, scattered = 0, max(often + once, 1.0e-30)
     p_often, p_once = min(_TRIES * often / scattered, 1.0), min(_TRIES * once / scattered, 1.0)
-    if u_term >= 1.0 - p_often:
-        w, u_line = scale(weight, 1.0 / p_often), min((u_term - (1.0 - p_often)) / p_often, 1.0)
-        n = _multiple(scene, table, scratch, path, sp, w, multiple, u_line, u_radius, sigma_t, alpha, g, mu, thickness)
-    if u_term < p_once:
-        analog = load_i64(table, FLAGS) & ANALOG_ESCAPE != 0
-        w, place = scale(weight, 1.0 / p_once), exit_at(scratch, n)
-        n += _single(scene, scratch, path, sp, o, d, mu, t, through, w, sigma_t, alpha, g, analog, place)
-    if primitive >= 0:
-        put_exit(exit_at(scratch, n), t, primitive, u, v, d, mul(weight, through), 0)
-        n += 1
+    looks = u_term >= 1.0 - p_often
+    b = bssrdf_in(scratch)
+    b.kind = NONE
+    if often > 0.0 and (looks or wanted != EXITS):
+        _fill(scene, table, scratch, sp, weight, multiple, sigma_t, alpha, g, mu, thickness)
+    if wanted != BSSRDF_ALONE:
+        if looks and often > 0.0:
+            u_line = min((u_term - (1.0 - p_often)) / p_often, 1.0)
+            u_channel, u_angle = rng.sample2(path.key, path.sample, path.dimension + DIM_CHANNEL)
+            note_choice_of(b, u_line, u_channel)
+            n = probe_bssrdf(scene, table, scratch, b, u_line, u_channel, u_radius, u_angle)
+            weigh_hits(scratch, b, n, 1.0 / p_often)
+        if u_term < p_once:
+            analog = load_i64(table, FLAGS) & ANALOG_ESCAPE != 0
+            w, place = scale(weight, 1.0 / p_once), exit_at(scratch, n)
+            n += _single(scene, scratch, path, sp, o, d, mu, t, through, w, sigma_t, alpha, g, analog, place)
+        if primitive >= 0:
+            put_exit(exit_at(scratch, n), t, primitive, u, v, d, mul(weight, through), 0)
+            n += 1
     path.dimension += _DIMENSIONS
-    return light_exits(scene, integrator, film, scratch, path, sp, n)
+    return n
+
+
+@outcome_entry
+def hybrid(scene, integrator, film, scratch, _):
+    """The method of kernels.subsurface.methods."""
+    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
+    path, sp = path_in(scratch), point_in(scratch)
+    n = traced_exits(scene, integrator, scratch, path, sp, EXITS)
+    return light_exits(scene, integrator, film, scratch, path, sp, n) if n > 0 else ENDS
+
+
+@outcome_entry
+def hybrid_exits(scene, integrator, film, scratch, wanted):
+    """The method's exits, for who lights them himself (see kernels.subsurface.methods)."""
+    path, sp = path_in(scratch), point_in(scratch)
+    return traced_exits(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, sp, wanted)

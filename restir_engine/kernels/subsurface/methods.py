@@ -17,8 +17,8 @@ from ..core.records import SCENE_HAS_SUBSURFACE, closure_at
 from ..lobes.closure import P_BURLEY
 from ..path.state import ENDS
 from . import method_table as at
-from .diffusion import diffusion
-from .hybrid import hybrid
+from .diffusion import diffusion, diffusion_exits
+from .hybrid import hybrid, hybrid_exits
 from .irradiance_cache import light_from_cache
 from .probe import note_hit
 from .slabs import slab_tables
@@ -31,6 +31,11 @@ METHODS: dict[str, tuple[Entry, Entry]] = {
     "HYBRID": (hybrid, hybrid),
     "DIFFUSION": (diffusion, diffusion),
 }
+
+# The code by which a method that knows a BSSRDF finds it and exits, for who lights them himself. Path and point stand
+# in working memory as for the method; the last argument is what is wanted (bssrdf.EXITS …). The BSSRDF's exits come
+# first, their events are 2. Returns how many there are, -1: no light enters. Their weights contain path.throughput.
+EXITS: dict[Entry, Entry] = {diffusion: diffusion_exits, hybrid: hybrid_exits}
 
 
 @inlined
@@ -58,3 +63,14 @@ def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: in
         if cache:
             table[at.LIGHT_FROM_CACHE], table[at.CACHE] = light_from_cache.address, cache
     return table
+
+
+def has_exits(method: str) -> bool:
+    """Whether a name of METHODS follows anything by a method that knows a BSSRDF."""
+    return any(entry in EXITS for entry in METHODS[method])
+
+
+def exits_entries(method: str) -> tuple[int, int]:
+    """Addresses of the code of EXITS for media and for materials that ask for BURLEY, compiled; 0: there is none."""
+    found = (EXITS.get(entry) for entry in METHODS[method])
+    return tuple(entry.address if entry else 0 for entry in found)

@@ -37,6 +37,7 @@ from .profile import F_REACH, REACH, profile, profile_radius
 # Probabilities of lines through the point below x, towards where they should meet its plane and of any direction, of
 # lines along the normal, and along each tangent.
 TOWARDS_SHARE, ANY_SHARE, NORMAL_SHARE, TANGENT_SHARE = 0.78, 0.08, 0.08, 0.03
+LINES = 5  # kinds of lines, in this order
 
 _STEEPEST = 1.0e-6  # cosine of the lines' angle with the normal that counts as a right one
 
@@ -54,6 +55,7 @@ HIT = 16
 ARGUMENTS = shared_area(128 + 8 * HIT * MAX_HITS)
 CONTEXT = ARGUMENTS + 64
 HITS = ARGUMENTS + 128
+HITS_END = 128 + 8 * HIT * MAX_HITS  # of the shared area: what a probe needs
 
 _INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
 _ALL_FEATURES = 0xFFFFFFFF
@@ -137,6 +139,36 @@ def probe_frame(n):
 
 
 @inlined
+def line_of(u):
+    """Which kind of line u in [0, 1) chooses: 0 towards the plane, 1 of any direction, 2 normal, 3 and 4 tangents."""
+    if u < TOWARDS_SHARE + ANY_SHARE:
+        return 0 if u < TOWARDS_SHARE else 1
+    if u < 1.0 - 2.0 * TANGENT_SHARE:
+        return 2
+    return 3 if u < 1.0 - TANGENT_SHARE else 4
+
+
+@inlined
+def line_middle(line):
+    """A number in the middle of those that choose a kind of line."""
+    if line == 0:
+        return 0.5 * TOWARDS_SHARE
+    if line == 1:
+        return TOWARDS_SHARE + 0.5 * ANY_SHARE
+    if line == 2:
+        return 1.0 - 2.0 * TANGENT_SHARE - 0.5 * NORMAL_SHARE
+    return 1.0 - (1.5 if line == 3 else 0.5) * TANGENT_SHARE
+
+
+@inlined
+def channel_of(w, u):
+    """The channel that u in [0, 1) chooses by probabilities w."""
+    if w[2] <= 0.0 or u < w[0] + w[1]:
+        return 0 if w[1] <= 0.0 or u < w[0] else 1
+    return 2
+
+
+@inlined
 def _density(r, distance, w, d):
     """Σ_c w_c B_c(r) of the channels that reach `distance`, 1/length²; w: weights of the channels, d: scales."""
     total = 0.0
@@ -182,23 +214,22 @@ def probe(scene, scratch, note, instance, x, n, side, z, w, d, u_line, u_channel
     outward normal and density.
     """
     t, b = probe_frame(n)
-    scale_chosen = d[2]
-    if w[2] <= 0.0 or u_channel < w[0] + w[1]:
-        scale_chosen = d[0] if w[1] <= 0.0 or u_channel < w[0] else d[1]
+    scale_chosen = d[channel_of(w, u_channel)]
     r = profile_radius(u_radius * F_REACH, scale_chosen)
     cosine, sine = circle(u_angle)
-    if u_line < TOWARDS_SHARE + ANY_SHARE:
+    line = line_of(u_line)
+    if line < 2:
         reach = REACH * max3((d[0] if w[0] > 0.0 else 0.0, d[1] if w[1] > 0.0 else 0.0, d[2] if w[2] > 0.0 else 0.0))
-        up = z / math.sqrt(z * z + r * r) if u_line < TOWARDS_SHARE else 1.0 - u_radius
+        up = z / math.sqrt(z * z + r * r) if line == 0 else 1.0 - u_radius
         flat = math.sqrt(max(1.0 - up * up, 0.0))
         axis = madd(madd(scale(n, up), t, cosine * flat), b, sine * flat)
         half = math.sqrt(max(reach * reach - z * z * flat * flat, 0.0))
         o = madd(madd(x, n, -z), axis, z * up + half)
     else:
         axis, right, up = n, t, b
-        if u_line >= 1.0 - TANGENT_SHARE:
+        if line == 4:
             axis, right, up = b, n, t
-        elif u_line >= 1.0 - 2.0 * TANGENT_SHARE:
+        elif line == 3:
             axis, right, up = t, b, n
         reach = REACH * scale_chosen
         half = math.sqrt(max(reach * reach - r * r, 0.0))

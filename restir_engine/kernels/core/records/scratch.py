@@ -11,6 +11,7 @@ _MEDIA_BYTES = MEDIA.itemsize + MAX_MEDIA * MEDIUM.itemsize
 _CLOSURE_BYTES = MAX_CLOSURES * CLOSURE.itemsize
 _REGISTER_BYTES = 8 * MAX_REGISTERS
 _SHARED_BYTES = 32768
+_RESAMPLING_BYTES = 8192
 
 
 def _behind(area: int, n_bytes: int) -> int:
@@ -36,17 +37,25 @@ SCRATCH_SHADOW = _behind(SCRATCH_SHADOW_MEDIA, _MEDIA_BYTES)
 SCRATCH_TILE_WEIGHTS = _behind(SCRATCH_SHADOW, SHADOW.itemsize)  # of a group of points: lights.tile_weights.OUT_BYTES
 SCRATCH_TAKER = _behind(SCRATCH_TILE_WEIGHTS, 1024)  # what takes a path's contributions, see contribute
 TAKER_BYTES = 4096
-SCRATCH_BYTES = _behind(SCRATCH_TAKER, TAKER_BYTES)
+_RESAMPLING = _behind(SCRATCH_TAKER, TAKER_BYTES)
+SCRATCH_BYTES = _behind(_RESAMPLING, _RESAMPLING_BYTES)
 
 
 def shared_area(n_bytes: int) -> int:
     """The area that stages use by turns, for one that needs `n_bytes`: nothing in it outlives the stage.
 
-    Those that use it: hits of subsurface scattering, candidates and reuse of resampling.
+    Those that use it: hits of subsurface scattering, candidates of direct light.
     """
     if n_bytes > _SHARED_BYTES:
         raise ValueError(f"the shared area has {_SHARED_BYTES} bytes, {n_bytes} are needed")
     return _SHARED
+
+
+def resampling_area(n_bytes: int) -> int:
+    """The area of reuse, whose shifts may use the shared one."""
+    if n_bytes > _RESAMPLING_BYTES:
+        raise ValueError(f"the area of resampling has {_RESAMPLING_BYTES} bytes, {n_bytes} are needed")
+    return _RESAMPLING
 
 
 @inlined

@@ -1,0 +1,25 @@
+"""Subsurface light's rows in the table of techniques, one a round of spatial reuse."""
+
+import numpy as np
+
+from ....kernels.core.jit import Entry
+from ...resampling.technique import technique_row
+from .invert import redraw_line, redraw_numbers
+from .sample import SUBSURFACE
+from .shift import hybrid, reconnect, replay, replay_any_hit
+from .target import target_subsurface
+
+# By RenderSettings.sss_shift the entries of each round of spatial reuse; temporal reuse shifts as the first.
+SHIFTS: dict[str, tuple[dict[str, Entry], ...]] = {
+    "RECONNECTION": ({"shift": reconnect},),
+    "DELAYED": ({"shift": replay},),
+    "HYBRID": ({"shift": hybrid},),
+    "SEQUENTIAL": ({"shift": reconnect, "merge": redraw_numbers}, {"shift": replay}),
+    "SEQUENTIAL_FAST": ({"shift": reconnect, "merge": redraw_line}, {"shift": replay_any_hit}),
+}
+AUTO = "RECONNECTION"  # what AUTO stands for: see docs/results/restir-sss.md
+
+
+def subsurface_techniques(shift: str) -> list[np.ndarray]:
+    """TECHNIQUE records (1,) of the rounds; compiles their entries, or loads them from the cache."""
+    return [technique_row(SUBSURFACE, target=target_subsurface, **entries) for entries in SHIFTS[shift]]

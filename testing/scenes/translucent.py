@@ -1,0 +1,160 @@
+"""Bodies through which light diffuses: a ball, a thin ear, instances, in all of which something may move; and the four
+scenes of the experiments of benchmarks/restir_sss.py."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from restir_engine.integrators.resampling.history import History
+from restir_engine.kernels.core import records as rec
+from restir_engine.kernels.lobes.nodes import ENTRIES, SUBSURFACE
+from restir_engine.kernels.shading import opcodes as ops
+from restir_engine.kernels.shading.textures.opcodes import CHECKER
+from restir_engine.kernels.subsurface.parameters import METHODS, POSITIVE
+from restir_engine.reuse_settings import ReuseSettings
+from restir_engine.scene.camera import Camera
+from restir_engine.scene.lamps import area_lamp, point_lamp
+from restir_engine.scene.scene import Scene
+from restir_engine.scene.shaders import Program
+from restir_engine.session import Session
+from restir_engine.settings import RenderSettings
+from testing.scenes.lights import matrix
+from testing.scenes.rooms import UNSEEN, Builder, diffuse, look, program, scaled
+from testing.scenes.scattering import subsurface_program
+from testing.scenes.shapes import OUTWARD, QUAD, icosphere
+
+SKIN = (0.8, 0.5, 0.35), (0.2, 0.08, 0.05)  # colour, radius by channel: mean free paths
+MOVES = ("lamp", "body", "shape")
+STEPS = 3
+
+
+def skin(scale: float = 1.0) -> Program:
+    color, radius = SKIN
+    return subsurface_program(color, scale * np.array(radius), entry="DIFFUSE")
+
+
+def checkered_skin(size: float) -> Program:
+    """Colour and radius change from square to square along the position."""
+    color, radius = np.array(SKIN)
+    constants = [1.0, 1.0, 1.0, *color, *(0.7 * color), *radius, *(0.4 * radius), size, 1.0, 1.4, 0.5, 0.0]
+    words = [0, 24, 16, 28, 17, 18, 19, -1, METHODS["RANDOM_WALK"], ENTRIES["DIFFUSE"], POSITIVE]
+    code = [
+        (ops.GEOMETRY, 20, ops.POINT_POSITION, 0, 19),
+        (CHECKER, 24, 20, 3, 6, 15),
+        (CHECKER, 28, 20, 9, 12, 15),
+        (SUBSURFACE, *words),
+    ]
+    return program(code, constants, flags=rec.MATERIAL_SUBSURFACE)
+
+
+def translucent(step: int = STEPS - 1, moves: str = "", size: int = 64) -> Scene:
+    """The scene at a step of what moves (one of MOVES, "all", "" for none); the last step is the same for all."""
+    at = {name: step if moves in (name, "all") else STEPS - 1 for name in MOVES}
+    b = Builder()
+    b.add(QUAD, diffuse((0.5, 0.5, 0.5)), scaled(matrix(), 3.0, 3.0, 1.0))
+    vertices, triangles = icosphere(0.45, 4)
+    bulge = 1.0 + 0.08 * at["shape"] * np.sin(4.0 * np.asarray(vertices)[:, 2:])
+    b.add((np.asarray(vertices) * bulge, triangles), checkered_skin(5.0), matrix((-0.5, 0.0, 0.45)))
+    b.add(OUTWARD, skin(0.5), scaled(matrix((0.35 + 0.06 * at["body"], 0.1, 0.45), (0.3, -0.2, 1.0)), 0.3, 0.04, 0.4))
+    for x in (0.2, 0.65):
+        b.add(OUTWARD, skin(0.7), scaled(matrix((x, -0.55, 0.12), (0.1, x, 1.0)), 0.12, 0.12, 0.12))
+    b.add(QUAD, diffuse((0.1, 0.1, 0.1)), scaled(matrix((-0.6, -0.5, 1.3), (0.1, 0.0, 1.0)), 0.35, 0.3, 1.0))
+    x = 0.15 * at["lamp"]
+    place = matrix((0.4 + x, 1.6, 1.2), (0.1 + x, 1.0, 0.5))
+    b.lamp(area_lamp(place, 30.0 * np.ones(3), 0.5, 0.5, key=1, seen_by=UNSEEN))
+    b.lamp(point_lamp(matrix((-0.8, -1.2, 2.2)), (24.0, 28.0, 34.0), 0.1, key=2, seen_by=UNSEEN))
+    return b.finish(look((0.2, -2.6, 1.5), (0.0, 0.0, 0.4), size))
+
+
+def ear(b: Builder) -> None:
+    """A thin bent sheet of skin with a lamp behind it, and a stick that throws a shadow on its back."""
+    line = np.linspace(-1.0, 1.0, 33)
+    x, z = (a.ravel() for a in np.meshgrid(line, line))
+    front = np.column_stack([0.8 * x, 0.25 * (x**2 + z**2) - 0.03 * (2.0 - x**2 - z**2), 0.8 * z])
+    back = np.column_stack([0.8 * x, 0.25 * (x**2 + z**2) + 0.03 * (2.0 - x**2 - z**2), 0.8 * z])
+    corner = (np.arange(32)[:, None] * 33 + np.arange(32)).ravel()
+    up = [t for c in corner for t in ((c, c + 1, c + 34), (c, c + 34, c + 33))]
+    triangles = up + [tuple(k + 33 * 33 for k in t[::-1]) for t in up]
+    b.add((np.concatenate([front, back]), triangles), skin(0.6), matrix())
+    b.add(OUTWARD, diffuse((0.2, 0.2, 0.2)), scaled(matrix((0.1, 0.7, 0.0), (0.5, 0.0, 1.0)), 0.05, 0.05, 1.2))
+    b.lamp(area_lamp(matrix((0.3, 3.0, 0.5), (0.1, 1.0, 0.2)), 200.0 * np.ones(3), 0.3, 0.3, seen_by=UNSEEN))
+
+
+def _ball(b: Builder) -> None:
+    b.add(icosphere(0.9, 4), skin(), matrix())
+
+
+def many_lights(b: Builder) -> None:
+    """A ball among two hundred coloured points."""
+    _ball(b)
+    random = np.random.default_rng(4)
+    for color, way in zip(random.random((200, 3)), random.normal(size=(200, 3)), strict=True):
+        place = way / np.linalg.norm(way) * (1.3 + 0.7 * random.random())
+        b.lamp(point_lamp(matrix(place), 0.6 * color, 0.02, seen_by=UNSEEN))
+
+
+def large_light(b: Builder) -> None:
+    """A ball under a lamp that is larger than it."""
+    _ball(b)
+    b.lamp(area_lamp(matrix((0.5, -0.8, 2.2), (0.2, -0.4, 1.0)), 60.0 * np.ones(3), 2.5, 2.5, seen_by=UNSEEN))
+
+
+def shadow(b: Builder) -> None:
+    """A ball on which a card's sharp shadow ends."""
+    _ball(b)
+    b.add(QUAD, diffuse((0.2, 0.2, 0.2)), scaled(matrix((-0.9, -1.4, 0.9), (-0.5, -1.0, 0.5)), 0.5, 0.9, 1.0), UNSEEN)
+    b.lamp(point_lamp(matrix((-1.6, -3.2, 1.8)), 120.0 * np.ones(3), 0.03, seen_by=UNSEEN))
+
+
+EXPERIMENTS: dict[str, Callable[[Builder], None]] = {
+    "thin ear": ear,
+    "many lights": many_lights,
+    "large light": large_light,
+    "shadow boundary": shadow,
+}
+
+
+def camera_at(turn: float, size: int) -> Camera:
+    """A close-up from in front, `turn` degrees to the side."""
+    angle = math.radians(turn)
+    return look((2.6 * math.sin(angle), -2.6 * math.cos(angle), 0.4), (0.0, 0.0, 0.0), size)
+
+
+def experiment(name: str, size: int) -> Scene:
+    """One of EXPERIMENTS, committed."""
+    b = Builder()
+    EXPERIMENTS[name](b)
+    return b.finish(camera_at(0.0, size))
+
+
+class Light(NamedTuple):
+    """What a render has found of the direct light from below surfaces."""
+
+    rgb: np.ndarray  # float64 (height, width, 3)
+    seconds: float  # of the processor, without what compiles and builds
+    history: History | None
+
+
+def subsurface_light(scene: Scene, samples: int, camera=None, history=None, **settings) -> Light:
+    """Render so many samples on one thread, by DIFFUSION and RESTIR where `settings` do not say otherwise."""
+    passes = frozenset({"Combined", "Subsurface"})
+    reuse = ReuseSettings(pilot=False)
+    defaults = {
+        "integrator": "RESTIR",
+        "reuse": reuse,
+        "sss_method": "DIFFUSION",
+        "max_bounces": 0,
+        "threads": 1,
+        "passes": passes,
+    }
+    session = Session(scene, RenderSettings(samples=samples, **defaults | settings), camera, history)
+    session.prepare()
+    start = time.process_time()
+    assert session.render()
+    seconds = time.process_time() - start
+    return Light(session.film.pass_array("Subsurface")[..., :3].astype(float), seconds, session.history)
