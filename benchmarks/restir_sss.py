@@ -83,15 +83,18 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=8, help="of still frames")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--reference", type=int, default=1024, help="samples of references")
+    parser.add_argument("--part", choices=("still", "path"), help="one of the tables alone")
     args = parser.parse_args()
     names = args.scenes or list(EXPERIMENTS)
-    print("| scene | still | error | CPU s | error × time, PATH = 1 |\n|---|---|---|---|---|")
-    for name in names:
-        stills(name, args)
-    print("\n| scene | camera's path | error | CPU ms a frame | error × time | of frames 1, 2, 4, 8, 16 |")
-    print("|---|---|---|---|---|---|")
-    for name in names:
-        turns(name, args)
+    if args.part != "path":
+        print("| scene | still | error | CPU s | error × time, PATH = 1 |\n|---|---|---|---|---|")
+        for name in names:
+            stills(name, args)
+    if args.part != "still":
+        print("\n| scene | camera's path | error | CPU ms a frame | error × time | of frames 1, 2, 4, 8, 16 |")
+        print("|---|---|---|---|---|---|")
+        for name in names:
+            turns(name, args)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ SHIFTS: dict[str, tuple[dict[str, Entry], ...]] = {
     "SEQUENTIAL": ({"shift": reconnect, "merge": redraw_numbers}, {"shift": replay}),
     "SEQUENTIAL_FAST": ({"shift": reconnect, "merge": redraw_line}, {"shift": replay_any_hit}),
 }
-AUTO = "RECONNECTION"  # what AUTO stands for: see docs/results/restir-sss.md
+AUTO = "RECONNECTION"  # what AUTO stands for
 
 
 def subsurface_techniques(shift: str) -> list[np.ndarray]:
