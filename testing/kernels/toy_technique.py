@@ -99,7 +99,7 @@ def candidates_kernel(frame: FRAME, reuse: REUSE, seed, fail, planted):
             r.target = toy.target(world, 0, theta, phi, 0)
             r.contribution_weight = w * r.target if planted == toy.WEIGHT_UNSCALED else w
         elif planted == toy.NULL_UNCOUNTED:
-            r.confidence = 0.0
+            r.confidence = 1.0e-6  # of 0 it would be a pixel without a domain
         store_light(frame, reuse, pixel, Lobes((f, f, f), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
 
 
