@@ -21,7 +21,8 @@ from .adaptive import Convergence
 from .context import FrameContext
 from .denoise import denoise
 from .film import Film
-from .kernels.core import cache
+from .kernels.core import cache, workers
+from .kernels.core.jit import begin
 from .scene.camera import Camera
 from .scene.description import SceneDescription
 from .scene.scene import Scene
@@ -34,11 +35,11 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-PREPARING = "Preparing the scene (the first render compiles kernels, about a minute)"
+PREPARING = "Preparing the scene"
 TILE = 32  # pixels
 POLL = 0.05  # seconds between looks at the cancel flag
 INTEGRATORS = {
-    "PATH": (".integrators.path", "PathIntegrator"),
+    "PATH": (".integrators.path.integrator", "PathIntegrator"),
     "RESTIR": (".integrators.restir.choice", "integrator_of"),
 }
 BATCH_SECONDS = 0.5  # what a pass over all tiles aims at, so that frames appear and Esc answers
@@ -134,10 +135,17 @@ class Session:
         return self._cancel.is_set()
 
     def prepare(self) -> None:
-        """Commit the scene and compile or load the integrator on the calling thread, which `render` does on another."""
+        """Commit the scene and load the integrator on the calling thread, which `render` does on another.
+
+        Kernels that are not in the cache are compiled first, by processes that begin with the largest.
+        """
+        module, name = INTEGRATORS[self.settings.integrator]
+        module = importlib.import_module(module, __package__)
+        begin(module.FIRST_KERNELS)
         if isinstance(self.scene, SceneDescription):
             self.scene = self.scene.commit(self._trees)
-        self._integrator = self._new_integrator()
+        context = FrameContext(self.scene, self.camera)
+        self._integrator = getattr(module, name)(context, self.settings, self.film, history=self.history)
         self._integrator.prepare()
         self.history = self._integrator.history
         problem = cache.store().problem()
@@ -206,17 +214,11 @@ class Session:
             thread.join(POLL)
             if self._stopped(cancelled):
                 return False
-            self._report(stage, start, on_progress)
+            done, total = workers.progress()
+            self._report(f"Compiling kernels: {done} of {total}" if total else stage, start, on_progress)
         if errors:
             raise errors[0]
         return True
-
-    def _new_integrator(self) -> Integrator:
-        """The integrator that the settings name; its module, and so its kernels, are imported when it is used."""
-        module, name = INTEGRATORS[self.settings.integrator]
-        module = importlib.import_module(module, __package__)
-        context = FrameContext(self.scene, self.camera)
-        return getattr(module, name)(context, self.settings, self.film, history=self.history)
 
     def _stopped(self, cancelled: Callable[[], bool]) -> bool:
         if cancelled():

@@ -4,10 +4,15 @@
     python -m tools.build --blender 4.5 5.2 --platform windows-x64      # one zip for both
     python -m tools.build --python 3.14                                 # a Blender that runs on the system's Python
 
-Wheels are kept in wheels/ and downloaded once; the zip is written to dist/.
+Wheels are kept in wheels/ and downloaded once; the zip is written to dist/. Kernels are compiled for the baseline of
+this platform's processors (`compiled.BASELINES`) by each of the Pythons that is here with the engine's packages; on
+other platforms, and for other Pythons, the zip has none and they are compiled where it is installed.
 """
 
 import argparse
+import os
+import platform as machine
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -15,6 +20,8 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+from restir_engine.kernels.core import cache
+from restir_engine.kernels.core.compiled import baseline
 from restir_engine.requirements import WHEELS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -66,6 +73,42 @@ def sources() -> list[Path]:
     return sorted(found)
 
 
+def this_platform() -> str:
+    """The name in WHEEL_TAGS of the platform that this runs on, or ""."""
+    names = {("linux", "x86_64"): "linux-x64", ("win32", "AMD64"): "windows-x64", ("darwin", "arm64"): "macos-arm64"}
+    return names.get((sys.platform, machine.machine()), "")
+
+
+def interpreter(python: str) -> str | None:
+    """A Python of this version that has the engine's packages: this one, that of the tests, the system's; or None."""
+    wanted = f"{python} {WHEELS['numba']} {WHEELS['llvmlite']}"
+    report = (
+        "import sys, numba, llvmlite; print('%d.%d' % sys.version_info[:2], numba.__version__, llvmlite.__version__)"
+    )
+    folder = ROOT / f".venv-{python.replace('.', '')}"
+    for path in (sys.executable, folder / "bin" / "python", shutil.which(f"python{python}")):
+        if path and Path(path).exists():
+            result = subprocess.run([path, "-c", report], capture_output=True, text=True)
+            if result.stdout.strip() == wanted:
+                return str(path)
+    return None
+
+
+def compile_kernels(python: str, platform: str, folder: Path) -> list[Path]:
+    """Files of the engine's kernels, compiled below `folder` for one Python version; none where that cannot be."""
+    found = interpreter(python) if platform == this_platform() else None
+    if found is None:
+        print(f"No kernels compiled ahead for Python {python} on {platform}: there is none with Numba here", flush=True)
+        return []
+    processor, features = baseline()
+    environment = os.environ | {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": features}
+    environment |= {"RESTIR_CACHE": str(folder), "PYTHONPATH": str(ROOT)}
+    print(f"Compiling kernels for Python {python} and {processor}", flush=True)
+    command = [found, "-m", "restir_engine.kernels.core.worker", "--all"]
+    names = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True).stdout.split()
+    return [folder / "restir_engine" / "kernels" / name for name in names]
+
+
 def build(pythons: list[str], platform: str, label: str, out: Path) -> Path:
     """Write the zip for these Python versions and this platform; returns its path."""
     wheels = sorted({wheel for python in pythons for wheel in download(python, platform, ROOT / "wheels")})
@@ -75,10 +118,13 @@ def build(pythons: list[str], platform: str, label: str, out: Path) -> Path:
     path = out / f"restir_engine-{version}-{label}-{platform}.zip"
     with tempfile.TemporaryDirectory(dir=out) as folder:
         unfinished = Path(folder) / path.name
+        kernels = [kernel for python in pythons for kernel in compile_kernels(python, platform, Path(folder))]
         with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr("blender_manifest.toml", text)
             for source in sources():
                 archive.write(source, source.relative_to(ROOT))
+            for kernel in kernels:
+                archive.write(kernel, f"restir_engine/{cache.SHIPPED.name}/{kernel.name}")
             for wheel in wheels:
                 archive.write(wheel, f"wheels/{wheel.name}", zipfile.ZIP_STORED)
         unfinished.replace(path)

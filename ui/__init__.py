@@ -1,11 +1,11 @@
-"""Panels: our own, and Blender's own made to show with this engine."""
+"""Panels: our own, and Blender's own made to show with this engine; the extension's preferences."""
 
 import bpy
 
-from . import data_panels, material_panels, render_panels
+from . import data_panels, material_panels, preferences, render_panels
 from .shared import set_compatible
 
-CLASSES = (*render_panels.CLASSES, *material_panels.CLASSES, *data_panels.CLASSES)
+CLASSES = (*preferences.CLASSES, *render_panels.CLASSES, *material_panels.CLASSES, *data_panels.CLASSES)
 
 
 def register() -> None:
@@ -14,10 +14,12 @@ def register() -> None:
         if not cls.is_registered:
             bpy.utils.register_class(cls)
     set_compatible(True)
+    preferences.begin()
 
 
 def unregister() -> None:
     """Take them away."""
+    preferences.end()
     set_compatible(False)
     for cls in reversed(CLASSES):
         if cls.is_registered:

@@ -4,6 +4,7 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+from restir_engine.kernels.core import cache
 from tools import build
 
 
@@ -33,9 +34,21 @@ def test_all_files_of_the_engine_are_shipped_and_no_others():
 def test_zip_holds_manifest_sources_and_wheels(tmp_path, monkeypatch):
     wheel = tmp_path / "numba-1-cp311.whl"
     wheel.write_bytes(b"wheel")
+    kernel = tmp_path / ("5" * cache.NAME_LENGTH)
+    kernel.write_bytes(b"kernel")
     monkeypatch.setattr(build, "download", lambda python, platform, folder: [wheel])
+    monkeypatch.setattr(build, "compile_kernels", lambda python, *where: [kernel] if python == "3.13" else [])
     path = build.build(["3.11", "3.13"], "linux-x64", "test", tmp_path / "out")
     assert [item.name for item in (tmp_path / "out").iterdir()] == [path.name]
     names = zipfile.ZipFile(path).namelist()
     assert len(names) == len(set(names))
     assert {"blender_manifest.toml", "wheels/numba-1-cp311.whl", "restir_engine/engine.py"} <= set(names)
+    assert (cache.SHIPPED / kernel.name).relative_to(build.ROOT).as_posix() in names
+
+
+def test_kernels_are_compiled_ahead_for_this_platform_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr(build.subprocess, "run", None)
+    other = next(platform for platform in build.WHEEL_TAGS if platform != build.this_platform())
+    assert build.compile_kernels("3.13", other, tmp_path) == []
+    assert build.this_platform() in {"", *build.WHEEL_TAGS}
+    assert build.baseline() is not None or not build.this_platform()

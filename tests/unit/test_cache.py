@@ -209,8 +209,8 @@ print(*digest.digest(np.arange(100)), digest.murmur3.stats.cache_hits.total())
 
 
 def run_as(package: str, path: Path, folder: Path) -> list[str]:
-    """Two numbers that a kernel makes, and 1 if it was loaded, of the package under an import name; in a process."""
-    environment = os.environ | {"PYTHONPATH": str(path), "RESTIR_CACHE": str(folder)}
+    """Two numbers that a kernel makes, and 1 if it was loaded; in a process that knows the package by some name."""
+    environment = os.environ | {"PYTHONPATH": str(path), "RESTIR_CACHE": str(folder), "RESTIR_WORKER": "1"}
     command = [sys.executable, "-c", LOADED, package]
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
 
@@ -236,7 +236,7 @@ def test_a_damaged_kernel_is_compiled_again(tmp_path):
 
 @pytest.mark.deep
 def test_four_first_starts_at_once_of_which_one_is_killed(tmp_path):
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "RESTIR_CACHE": str(tmp_path)}
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "RESTIR_CACHE": str(tmp_path), "RESTIR_WORKER": "1"}
     command = [sys.executable, "-c", LOADED, "restir_engine"]
     starts = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(4)]
     time.sleep(2.0)

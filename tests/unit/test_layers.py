@@ -17,7 +17,7 @@ LAYERS = (
     {"context", "options", "settings", "reuse_settings", "film", "adaptive", "denoise", "presets"},
     {"integrators"},
     {"session", "live_session"},
-    {"properties", "sync", "engine", "viewport"},
+    {"properties", "sync", "engine", "viewport", "background"},
     {"operators", "ui"},
 )
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}

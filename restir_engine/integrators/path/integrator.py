@@ -33,12 +33,15 @@ def render_tile(
     return (x1 - x0) * (y1 - y0) * samples
 
 
+FIRST_KERNELS = [render_tile]  # what a render needs in any case
+
+
 class PathIntegrator(Integrator):
     """The PATH kernel with a scene, settings and a film."""
 
     def kernels(self) -> list:
         """The one that renders a tile."""
-        return [render_tile]
+        return FIRST_KERNELS
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """One: all samples of a tile at once."""

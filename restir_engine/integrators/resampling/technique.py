@@ -13,7 +13,7 @@ a shadow ray a thousand.
 
 import numpy as np
 
-from ...kernels.core.jit import device, inlined
+from ...kernels.core.jit import device, inlined, load
 from ...kernels.core.memory import call_entry, copy_words, record_address, record_at
 from ...kernels.lobes.classes import load_lobes, store_lobes
 from .reservoir import RESERVOIR_BYTES, copy_reservoir, reservoir_at
@@ -66,6 +66,7 @@ def technique_row(number: int, **entries) -> np.ndarray:
     """The TECHNIQUE record (1,) of these `jit.Entry`, which are compiled where they are not yet."""
     row = np.zeros(1, TECHNIQUE)
     row[0]["id"] = number
+    load(entries.values())
     for name, entry in entries.items():
         row[0][name] = entry.address
     return row

@@ -17,15 +17,19 @@ import numpy as np
 
 from ...context import FrameContext
 from ...film import Film
+from ...kernels.core.jit import begin
 from ...kernels.core.records import SCENE_HAS_SUBSURFACE
 from ...scene.camera import Camera
 from ...scene.scene import Scene
 from ...settings import RenderSettings, required_passes
 from ..base import Integrator
-from ..path.integrator import PathIntegrator
+from ..path.integrator import PathIntegrator, render_tile
 from ..resampling.history import History
+from ..techniques.direct.candidates import candidates_tile
 from ..techniques.subsurface.layer import resamples_subsurface
+from .gbuffer import gbuffer_tile
 from .integrator import RestirIntegrator
+from .shade import shade_tile
 
 log = logging.getLogger(__name__)
 
@@ -48,6 +52,8 @@ WAYS = (
     Way("light tiles", RestirIntegrator, {}, 2.2, 1.85),
     Way("light tiles, fewer samples", RestirIntegrator, {"light_samples": 1, "exit_lights": 1}, 1.8, 1.4),
 )
+
+FIRST_KERNELS = [render_tile]  # what a render needs where nothing is reused, which is the default
 
 # Noise is that of means of BATCH samples: they are stratified, some ways gain more by it than others.
 BATCH, BATCHES = 4, 2
@@ -72,6 +78,7 @@ def integrator_of(
     pixels = min(MOST, int(SHARE * film.width * film.height * settings.samples / samples))
     if pixels < FEWEST:
         return RestirIntegrator(context, settings, film, history)
+    begin([gbuffer_tile, candidates_tile, shade_tile])  # while PATH's is waited for
     small = FrameContext(context.scene, smaller(context.camera, pixels))
     noises = compare(small, replace(settings, seed=settings.seed ^ TRIAL_SEED))
     worth = [noise * cost for noise, cost in zip(noises, costs, strict=True)]

@@ -75,11 +75,20 @@ class Store:
         """What was written under a key, or None: never, or damaged."""
         for folder in (self.folder, self.private, self.shipped):
             if folder is not None and self._readable(folder):
-                payload = _read(folder / key, key)
+                payload = _read(folder / key, key, folder == self.shipped)
                 if payload is not None:
                     self._used_private |= folder == self.private
                     return payload
         return None
+
+    def has(self, key: str) -> bool:
+        """Whether there is a file for a key, which may be damaged."""
+        folders = (self.folder, self.private, self.shipped)
+        return any(f is not None and self._readable(f) and (f / key).exists() for f in folders)
+
+    def keeps(self) -> bool:
+        """Whether something can be written."""
+        return any(folder is not None and not self._refusal(folder) for folder in (self.folder, self.private))
 
     def write(self, key: str, payload: bytes) -> None:
         """Keep `payload` under a key where that is possible."""
@@ -142,7 +151,8 @@ class Store:
                 status = folder.lstat() if folder == self.private else folder.stat()
             except OSError:
                 return False
-            self._usable[folder] = stat.S_ISDIR(status.st_mode) and _safe(status)
+            # Who can write beside our sources can write those.
+            self._usable[folder] = stat.S_ISDIR(status.st_mode) and (folder == self.shipped or _safe(status))
         return self._usable[folder]
 
     def _make(self, folder: Path) -> None:
@@ -153,11 +163,11 @@ class Store:
                 raise PermissionError(errno.EPERM, "it belongs to another user, or others can write to it")
 
 
-def _read(path: Path, key: str) -> bytes | None:
+def _read(path: Path, key: str, shipped: bool = False) -> bytes | None:
     try:
         with open(path, "rb") as file:
             status = os.fstat(file.fileno())
-            if not _safe(status):
+            if not (shipped or _safe(status)):
                 return None
             data = file.read()
     except OSError:
@@ -165,7 +175,7 @@ def _read(path: Path, key: str) -> bytes | None:
     payload = data[_DIGEST:]
     if _digest(key, payload) != data[:_DIGEST]:
         return None
-    if status.st_mtime < time.time() - _DAY:
+    if not shipped and status.st_mtime < time.time() - _DAY:
         _touch(path)
     return payload
 

@@ -25,7 +25,7 @@ from numba.core.environment import lookup_environment
 from numba.core.runtime import rtsys
 from numba.core.serialize import NumbaPickler
 
-from . import cache, sources
+from . import cache, sources, workers
 
 log = logging.getLogger(__name__)
 
@@ -141,11 +141,24 @@ class FunctionCache(_Cache):
         raise NotImplementedError("kernels are not compiled again in a process")
 
 
+class KernelCache(FunctionCache):
+    """The same for kernels and entries, which other processes compile where they can."""
+
+    def load_overload(self, signature, target_context):
+        found = super().load_overload(signature, target_context)
+        if found is None:
+            workers.compile_all([sources.name_of(self._function)])
+            found = super().load_overload(signature, target_context)
+        return found
+
+
+CACHES = {DEVICE: FunctionCache, KERNEL: KernelCache}
+
+
 def keys(function, signature, codegen) -> list[str]:
     """Names of the files with a function's code: for this processor, and for the baseline where it has that."""
-    name = f"{sources.relative(function.__module__)}.{function.__qualname__}"
     made_by = f"{sys.implementation.cache_tag} {numba.__version__}"
-    made_of = f"{name} {signature} {made_by}".encode() + sources.digest(function.__module__)
+    made_of = f"{sources.name_of(function)} {signature} {made_by}".encode() + sources.digest(function.__module__)
     triple, *processor = codegen.magic_tuple()
     targets = [processor] + ([list(baseline())] if _has_baseline() else [])
     return [hashlib.sha256(f"{triple} {t}".encode() + made_of).hexdigest()[: cache.NAME_LENGTH] for t in targets]

@@ -6,24 +6,31 @@ No fastmath, no inlining by Numba (`inline="always"`), no `parallel=True`: Numba
 Python threads enter at once, which a viewport beside a final render does.
 """
 
+import importlib
 import inspect
+import pkgutil
 from collections.abc import Callable, Iterable
 from functools import cached_property
 
 import numba
-import numpy as np
 from numba.core import types
 from numba.core.ccallback import CFunc
+from numba.core.dispatcher import Dispatcher
+from numba.core.registry import cpu_target
 from numba.np.numpy_support import from_dtype
 
-from .compiled import DEVICE, KERNEL, FunctionCache
+from . import cache, sources, workers
+from .compiled import CACHES, DEVICE, KERNEL, KernelCache, keys
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 
+_TYPES = {inspect.Parameter.empty: types.int64, float: types.float64}
+
+
 def _compile(function, **options):
     dispatcher = numba.njit(**_OPTIONS, **options)(function)
-    dispatcher._cache = FunctionCache(function)
+    dispatcher._cache = CACHES[options["pipeline_class"]](function)
     return _without_literals(dispatcher)
 
 
@@ -41,16 +48,76 @@ def _without_literals(dispatcher):
 
 
 def kernel(function):
-    """Compile a function that Python calls. A parameter annotated with a dtype is such a record, others are int64."""
+    """Compile a function that Python calls.
+
+    A parameter annotated with a dtype is such a record, with float a float64; others are int64.
+    """
     return _compile(function, pipeline_class=KERNEL)
 
 
-def load(kernels: Iterable) -> None:
-    """Compile kernels for the parameters that they declare, or load them from the cache, before they are called."""
-    for one in kernels:
-        parameters = inspect.signature(one.py_func, eval_str=True).parameters.values()
-        declared = (p.annotation for p in parameters)
-        one.compile(tuple(from_dtype(d) if isinstance(d, np.dtype) else types.int64 for d in declared))
+def load(units: Iterable) -> None:
+    """Load kernels and entries from the cache; what is missing there is compiled first, by processes of its own."""
+    units = list(units)
+    workers.compile_all([name_of(unit) for unit in units if not is_kept(unit)])
+    for unit in units:
+        compile_here(unit)
+
+
+def begin(units: Iterable) -> None:
+    """Have what `load` will be asked for compiled meanwhile, where it is not in the cache."""
+    workers.begin([name_of(unit) for unit in units if not is_kept(unit)])
+
+
+def compile_here(unit) -> None:
+    """Load a kernel or an entry from the cache, or compile it in this process."""
+    if isinstance(unit, Entry):
+        _ = unit.address
+    else:
+        unit.compile(_declared(unit.py_func))
+
+
+def is_kept(unit) -> bool:
+    """Whether the cache has a kernel (as it is declared) or an entry."""
+    return any(map(cache.store().has, keys(*declaration(unit), cpu_target.target_context.codegen())))
+
+
+def declaration(unit) -> tuple:
+    """The function of a kernel or an entry, and Numba's types of its parameters, or its signature."""
+    if isinstance(unit, Entry):
+        return unit.function, unit.signature
+    return unit.py_func, _declared(unit.py_func)
+
+
+def name_of(unit) -> str:
+    """The name by which `named` finds a kernel or an entry in another process."""
+    return sources.name_of(declaration(unit)[0])
+
+
+def named(name: str):
+    """The kernel or entry of a name."""
+    module, _, function = name.partition(":")
+    return getattr(importlib.import_module(f"{sources.PACKAGE}.{module}"), function)
+
+
+def all_units() -> list[str]:
+    """The names of all kernels and entries of this package, those of integrators first, which take longest."""
+    found = []
+    for package in (f"{sources.PACKAGE}.{name}" for name in ("integrators", "kernels")):
+        for info in pkgutil.walk_packages(importlib.import_module(package).__path__, package + "."):
+            values = vars(importlib.import_module(info.name)).values()
+            found += [name_of(value) for value in values if is_unit(value)]
+    return list(dict.fromkeys(found))
+
+
+def is_unit(value) -> bool:
+    """Whether this is a kernel or an entry: what is compiled and kept on its own."""
+    return isinstance(value, Entry) or (isinstance(value, Dispatcher) and isinstance(value._cache, KernelCache))
+
+
+def _declared(function) -> tuple:
+    """Numba's types of the parameters that a kernel declares."""
+    parameters = inspect.signature(function, eval_str=True).parameters.values()
+    return tuple(_TYPES.get(p.annotation) or from_dtype(p.annotation) for p in parameters)
 
 
 def device(function):
@@ -77,13 +144,18 @@ class Entry:
 
     def __init__(self, function: Callable, outcome: bool = False) -> None:
         self.function = function
-        self._result = types.int64 if outcome else types.void
+        self.signature = (types.int64 if outcome else types.void)(*[types.int64] * 5)
 
     @cached_property
     def _compiled(self):
-        signature = (types.int64,) * 5, self._result
-        compiled = CFunc(self.function, signature, {}, {"error_model": "numpy"}, pipeline_class=KERNEL)
-        compiled._cache = FunctionCache(self.function)
+        compiled = CFunc(
+            self.function,
+            (self.signature.args, self.signature.return_type),
+            {},
+            {"error_model": "numpy"},
+            pipeline_class=KERNEL,
+        )
+        compiled._cache = KernelCache(self.function)
         compiled.compile()
         return compiled
 

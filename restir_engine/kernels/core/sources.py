@@ -6,6 +6,7 @@ Numba itself notices a change in the file that defines a function, not in the fi
 import hashlib
 import re
 import sys
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -21,19 +22,29 @@ def relative(module: str) -> str:
     return module.removeprefix(PACKAGE + ".")
 
 
+def name_of(function) -> str:
+    """What a function of this package is called, whatever the package is called."""
+    return f"{relative(function.__module__)}:{function.__qualname__}"
+
+
 @cache
 def digest(module: str) -> bytes:
     """32 bytes that change with the source of `module` (its dotted name) and of what it imports, at any depth."""
     path = ROOT.joinpath(*relative(module).split(".")).with_suffix(".py")
     if module.startswith(PACKAGE + ".") and path.exists():
-        found = sorted(dependencies(path))
-    else:  # a test's own kernels: they may use any of ours
-        folders = (ROOT / "kernels", ROOT / "integrators")
-        found = [Path(sys.modules[module].__file__), *(p for f in folders for p in sorted(f.rglob("*.py")))]
-    whole = hashlib.sha256()
-    for source in found:
-        whole.update(_digest_of(source))
-    return whole.digest()
+        return _together(sorted(dependencies(path)))
+    # A test's own kernels: they may use any of ours.
+    return hashlib.sha256(_digest_of(Path(sys.modules[module].__file__)) + digest_of_all()).digest()
+
+
+@cache
+def digest_of_all() -> bytes:
+    """The same of all modules that define compiled code."""
+    return _together(path for name in ("kernels", "integrators") for path in sorted((ROOT / name).rglob("*.py")))
+
+
+def _together(paths: Iterable[Path]) -> bytes:
+    return hashlib.sha256(b"".join(map(_digest_of, paths))).digest()
 
 
 @cache

@@ -4,7 +4,7 @@ import math
 
 from ..core.jit import device, kernel
 from ..core.memory import load_f64, load_i32, store_f32, store_f64, store_i32
-from ..core.records import point_in
+from ..core.records import SCENE, point_in
 from ..core.rng import sample2
 from ..core.vec import cross, neg, normalize, sub
 from ..geometry.surface import surface_point
@@ -49,7 +49,7 @@ def build_alias(weights, n, table, scratch):
 
 
 @kernel
-def measure_emission(scene, scratch, instance, primitives, n, cells, points, values):
+def measure_emission(scene: SCENE, scratch, instance, primitives, n, cells, points, values):
     """Store the root of the mean square of luminance over some points of each cell of n triangles to float64 values.
 
     primitives: int32 [n]; values: [n, cells²]. Both sides are asked in turn. Light samples are the noisier the more

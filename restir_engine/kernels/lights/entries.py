@@ -15,7 +15,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..core.jit import Entry, entry, inlined
+from ..core.jit import Entry, entry, inlined, load
 from ..core.records import light_at, light_sample_at, light_sample_in, scene_at, shading_point_at, world_table_at
 from ..core.vec import vec
 from ..core.warp import disk, octahedral_direction
@@ -91,6 +91,8 @@ _ENTRIES: tuple[Entry, ...] = (_ball, _ball, _area, _sun, _triangle, _world)
 def light_entries(kinds: Iterable[int]) -> np.ndarray:
     """Addresses by kind (LIGHT_*, TRIANGLE, WORLD), compiled where it is not yet; 0 for those that are not wanted."""
     table = np.zeros(len(_ENTRIES), np.int64)
+    kinds = set(kinds)
+    load(_ENTRIES[kind] for kind in kinds)
     for kind in kinds:
         table[kind] = _ENTRIES[kind].address
     return table

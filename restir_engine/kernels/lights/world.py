@@ -11,6 +11,7 @@ from ..core.memory import load_f32, load_u16, store_f32, store_f64
 from ..core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     RAY_EMISSION,
+    SCENE,
     light_table_at,
     light_tiles_at,
     point_in,
@@ -171,7 +172,7 @@ def _lit_by(scene, scratch, d):
 
 
 @kernel
-def bake_world(scene, scratch, values, width, height, first, last):
+def bake_world(scene: SCENE, scratch, values, width, height, first, last):
     """Store the luminance of the world at the pixels of rows [first, last) of a map of float32."""
     for row in range(first, last):
         z = -math.cos(math.pi * (row + 0.5) / height)
@@ -181,7 +182,7 @@ def bake_world(scene, scratch, values, width, height, first, last):
 
 
 @kernel
-def measure_world(scene, scratch, directions, n, values):
+def measure_world(scene: SCENE, scratch, directions, n, values):
     """Store the luminance of the world in n unit directions (float64 [n, 3]) to float64 values."""
     for i in range(n):
         store_f64(values, i, _lit_by(scene, scratch, load3_f64(directions, 3 * i)))

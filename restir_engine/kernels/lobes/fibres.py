@@ -40,7 +40,7 @@ def _scatter(w, sigma, u0, u1):
 
 
 @kernel
-def _walk(histogram, bins, mu, sigma, walks, seed):
+def _walk(histogram, bins, mu: float, sigma: float, walks, seed):
     """The share of light from cosine mu that comes back up; adds directions to a [theta, phi] histogram over a half
     turn of phi from the direction of incidence."""
     reflected = 0

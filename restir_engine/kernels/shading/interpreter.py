@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..core.jit import Entry, device, entry, inlined
+from ..core.jit import Entry, device, entry, inlined, load
 from ..core.memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
 from ..core.records import (
     MATERIAL_BUMP_UNCORRECTED,
@@ -201,6 +201,8 @@ def opcodes_in(code: np.ndarray) -> set[int]:
 def shader_entries(code: np.ndarray) -> np.ndarray:
     """Addresses by opcode of what runs these programs, compiled where it is not yet; 0 for what none of them needs."""
     table = np.zeros(max(_ENTRIES) + 1, np.int64)
-    for op in {_PROGRAM} | (opcodes_in(code) & _ENTRIES.keys()):
+    needed = {_PROGRAM} | (opcodes_in(code) & _ENTRIES.keys())
+    load(_ENTRIES[op] for op in needed)
+    for op in needed:
         table[op] = _ENTRIES[op].address
     return table

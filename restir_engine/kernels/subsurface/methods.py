@@ -11,7 +11,7 @@ LIT, else SHADES.
 
 import numpy as np
 
-from ..core.jit import Entry, inlined
+from ..core.jit import Entry, inlined, load
 from ..core.memory import address, call_for_outcome, load_i64, record_address
 from ..core.records import SCENE_HAS_SUBSURFACE, closure_at
 from ..lobes.closure import P_BURLEY
@@ -56,6 +56,7 @@ def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: in
     table = np.zeros(at.SIZE, np.int64)
     if scene_flags & SCENE_HAS_SUBSURFACE:
         medium, burley = METHODS[method]
+        load({medium, burley, note_hit} | ({light_from_cache} if cache else set()))
         table[at.MEDIUM], table[at.BURLEY] = medium.address, burley.address
         table[at.NOTE_HIT] = note_hit.address
         table[at.ALBEDOS] = address(slab_tables())

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..core.jit import Entry, entry, outcome_entry
+from ..core.jit import Entry, entry, load, outcome_entry
 from ..core.records import (
     SCENE_HAS_MEDIA,
     SCRATCH_MEDIA,
@@ -65,4 +65,5 @@ def media_entries(scene_flags: int) -> np.ndarray:
     Behind the code there is room for the count of `stack.OVERFLOWS`.
     """
     needed = scene_flags & SCENE_HAS_MEDIA
+    load(_ENTRIES if needed else ())
     return np.array([*(e.address if needed else 0 for e in _ENTRIES), 0], np.int64)
