@@ -45,6 +45,7 @@ def test_one_lamp_has_no_trial(monkeypatch):
         {"reuse": ReuseSettings(rounds=1)},
         {"reuse": ReuseSettings(temporal=True)},
         {"samples": 8},
+        {"time_limit": 0.01},
         {"passes": frozenset({"Combined", "Visibility Estimate"})},
     ],
 )

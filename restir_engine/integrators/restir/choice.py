@@ -10,7 +10,12 @@ from __future__ import annotations
 
 import logging
 import math
+import os
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +27,7 @@ from ...kernels.core.records import SCENE_HAS_SUBSURFACE
 from ...scene.camera import Camera
 from ...scene.scene import Scene
 from ...settings import RenderSettings, required_passes
-from ..base import Integrator
+from ..base import Integrator, Stage
 from ..path.integrator import PathIntegrator, render_tile
 from ..resampling.history import History
 from ..techniques.direct.candidates import candidates_tile
@@ -57,8 +62,11 @@ FIRST_KERNELS = [render_tile]  # what a render needs where nothing is reused, wh
 
 # Noise is that of means of BATCH samples: they are stratified, some ways gain more by it than others.
 BATCH, BATCHES = 4, 2
-# Pixels of the small picture: so many that it tells (else tiles are taken), so few that it takes 5 % of the render.
+# Pixels of the small picture: so many that it tells (else tiles are taken), so few that it takes 5 % of the render. A
+# time limit is turned into samples by what one of PATH takes on two cores of today, in seconds, without and with walks.
 MOST, FEWEST, SHARE = 1500, 250, 0.05
+SAMPLE, SAMPLE_WITH_WALKS, CORES = 1.3e-6, 3.5e-6, 2
+STRIPS = 4  # of the small picture, which threads share out
 TRIAL_SEED = 0x5EED  # the render's own random numbers must have no say in the choice
 
 
@@ -74,8 +82,10 @@ def integrator_of(
         return PathIntegrator(context, settings, film)
     walks = context.scene.record["flags"] & SCENE_HAS_SUBSURFACE
     costs = [way.with_walks if walks else way.cost for way in WAYS]
-    samples = BATCH * BATCHES * sum(costs)
-    pixels = min(MOST, int(SHARE * film.width * film.height * settings.samples / samples))
+    affordable = film.width * film.height * settings.samples
+    if settings.time_limit:
+        affordable = min(affordable, CORES * settings.time_limit / (SAMPLE_WITH_WALKS if walks else SAMPLE))
+    pixels = min(MOST, int(SHARE * affordable / (BATCH * BATCHES * sum(costs))))
     if pixels < FEWEST:
         return RestirIntegrator(context, settings, film, history)
     begin([gbuffer_tile, candidates_tile, shade_tile])  # while PATH's is waited for
@@ -108,11 +118,14 @@ def compare(context: FrameContext, settings: RenderSettings) -> list[float]:
     """The noise of each of WAYS in a picture: variance over (mean² + 0.01), without the worst 0.1 % of the pixels."""
     width, height = context.camera.film_size
     means = []
-    for way in WAYS:
-        film = Film(width, height, required_passes(frozenset(), False))
-        integrator = way.kind(context, _with(settings, way), film)
-        integrator.prepare()
-        means.append(np.stack([_mean(integrator, film, BATCH * k) for k in range(BATCHES)]))
+    threads = settings.threads or os.cpu_count() or 1
+    scratch = deque(Integrator.scratch() for _ in range(threads))
+    with ThreadPoolExecutor(threads) as pool:
+        for way in WAYS:
+            film = Film(width, height, required_passes(frozenset(), False))
+            integrator = way.kind(context, _with(settings, way), film)
+            integrator.prepare()
+            means.append(np.stack([_mean(integrator, film, BATCH * k, pool, scratch) for k in range(BATCHES)]))
     mean = _blurred(np.concatenate(means).mean(0))
     return [_noise(each, mean) for each in means]
 
@@ -121,15 +134,23 @@ def _with(settings: RenderSettings, way: Way) -> RenderSettings:
     return replace(settings, reuse=replace(settings.reuse, **way.changes))
 
 
-def _mean(integrator: Integrator, film: Film, first_sample: int) -> np.ndarray:
-    """The mean of BATCH samples, (height, width, 3)."""
+def _mean(
+    integrator: Integrator, film: Film, first_sample: int, pool: ThreadPoolExecutor, scratch: deque
+) -> np.ndarray:
+    """The mean of BATCH samples, (height, width, 3); scratch: working memory of as many threads as the pool has."""
     film.pixels[:] = 0.0
-    scratch = integrator.scratch()
+    rows = [film.height * k // STRIPS for k in range(STRIPS + 1)]
+    strips = [(0, low, film.width, high) for low, high in pairwise(rows) if high > low]
+
+    def run(stage: Stage, item: tuple) -> None:
+        memory = scratch.pop()
+        stage.run(item, memory)
+        scratch.append(memory)
+
     step = min(BATCH, integrator.max_batch)
     for sample in range(first_sample, first_sample + BATCH, step):
         for stage in integrator.stages(sample, step):
-            for item in [(0, 0, film.width, film.height)] if stage.items is None else stage.items:
-                stage.run(item, scratch)
+            list(pool.map(partial(run, stage), strips if stage.items is None else stage.items))
             stage.finish()
     return film.sums("Combined")[..., :3] / BATCH
 
