@@ -116,6 +116,16 @@ def bsdf_blur(sp, roughness):
 
 
 @device
+def is_blurred(sp):
+    """Whether `bsdf_blur` may have a say, for whatever path: roughness goes up to α = 0.5."""
+    for i in range(sp.n_closures):
+        c = closure_at(sp.closures, i)
+        if _has_alpha(c.kind) and min(c.alpha_x, c.alpha_y) < 0.5:
+            return True
+    return False
+
+
+@device
 def denoise_features(scene, sp):
     """(albedo of diffuse-like lobes, normal, albedo of mirror-like lobes, whether the surface is diffuse-like).
 

@@ -10,7 +10,6 @@ whose W is an estimate where it has been resampled from a tile (ReSTIR PT Enhanc
 from ....kernels.core.jit import inlined, outcome_entry
 from ....kernels.core.records import LIGHT_SAMPLE_DELTA, integrator_at, light_sample_in, path_at
 from ....kernels.core.vec import LARGEST_RADIANCE, add, max3, mul, put, scale, sub, vec
-from ....kernels.film.contribute import DIRECT
 from ....kernels.lights import point_of_sample
 from ....kernels.lobes import label_pdf
 from ....kernels.lobes.classes import Lobes, lobe_scale, lobe_sum, put_lobes
@@ -120,7 +119,7 @@ def take_found(address, path, kind, source, unused):
         value = _beyond(walk, value)
         f = mul(vec(walk.throughput), value)
         density, weight = 0.0, 1.0
-        if path.bounce == walk.bounces_there and kind != DIRECT:
+        if path.bounce == walk.bounces_there:
             density = walk.light_pdf
             weight = hit_weight(path, density)
         put_found(r, scale(value, 1.0 / weight), density)
@@ -136,8 +135,7 @@ def take_found(address, path, kind, source, unused):
         r.flags = pack_flags(walk.vertex + 1, 0, 0, REPLAYED, 0)
         r.jacobian = 1.0
         put_found(r, (0.0, 0.0, 0.0), 0.0)
-    bounces = path.bounce + 1 if kind == DIRECT else path.bounce
-    offer(walk, path, by_class(path, f), bounces > 1, 1.0 / walk.survival)
+    offer(walk, path, by_class(path, f), path.bounce > 1, 1.0 / walk.survival)
     return 1
 
 

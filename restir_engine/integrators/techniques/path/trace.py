@@ -1,6 +1,6 @@
 """The candidates of whole paths: each pixel's path goes on from vertex 1, and keeps one sample of what it finds.
 
-Light below surfaces goes to the film as it does with PATH, unless the path is reconnected before it enters.
+What a path finds after it has been below a surface goes to the film as it does with PATH.
 """
 
 from ....kernels.core import rng
@@ -17,13 +17,23 @@ from ....kernels.core.records import (
     path_in,
     tile_point,
 )
-from ....kernels.core.vec import is_black, mul, put, vec
+from ....kernels.core.vec import is_black, mul, put, scale, vec
 from ....kernels.lights.mean_visibility import FIRST, LATER, learn
-from ....kernels.lobes import bsdf_has_eval
+from ....kernels.lobes import bsdf_has_eval, is_blurred
 from ....kernels.lobes.classes import NO_LOBES, lobe_scale, lobe_sum, lobes_of
 from ....kernels.path.direct import add_control_variate, add_light_sample, direct_light, draw_light, lit_bsdf
 from ....kernels.path.shadow import light_visibility
-from ....kernels.path.state import ARRIVES, DIM_FIRST_VERTEX, ENDS, ENTERS, GOES_ON, LIT, SHADES, survival_probability
+from ....kernels.path.state import (
+    ARRIVES,
+    DIM_FIRST_VERTEX,
+    ENDS,
+    ENTERS,
+    FAR,
+    GOES_ON,
+    LIT,
+    SHADES,
+    survival_probability,
+)
 from ....kernels.subsurface.methods import scatter
 from ...path.bounce import bounce
 from ...path.trace import trace_ray
@@ -39,7 +49,6 @@ from .walk import kept_of, note_bounce, start_walk, walk_of
 
 # Keys of the paths' random numbers, and of the choice among samples.
 _PATHS, _CHOICE = 0x50415448, 0x43484F49
-NEVER = -1
 
 
 @inlined
@@ -75,11 +84,28 @@ def _light_here(scene, integrator, film, scratch, walk, path, sp, count):
 def _leave(walk, path):
     """From here on the film takes what the path finds, as of any other."""
     path.taker = 0
-    put(path.throughput, mul(vec(path.throughput), vec(walk.prefix)))
+    throughput = mul(vec(path.throughput), vec(walk.prefix))
+    if walk.k > 0:
+        throughput = scale(mul(throughput, vec(walk.throughput)), 1.0 / (walk.behind * walk.survival_before))
+    put(path.throughput, throughput)
 
 
 @inlined
-def _follow(scene, camera, integrator, film, scratch, walk, path, sp, count):
+def _must_leave(walk, integrator, path, sp):
+    """Whether nothing can be kept from the vertex sp on.
+
+    Because a path has too many vertices before it is reconnected; or because filter glossy makes of lobes behind vertex
+    k what depends on the bounces before it.
+    """
+    if path.taker == 0:
+        return False
+    if walk.k == 0:
+        return walk.vertex >= MOST_VERTICES
+    return integrator.filter_glossy < FAR and is_blurred(sp)
+
+
+@inlined
+def _follow(scene, camera, integrator, film, scratch, walk, path, sp, light_samples, exit_lights):
     """Follow the path from vertex 1 to its end: `path.trace.trace_path`, with what the walk notes of it."""
     event = SHADES
     while event != ENDS:
@@ -92,13 +118,14 @@ def _follow(scene, camera, integrator, film, scratch, walk, path, sp, count):
             walk.survival *= survival
             if event == SHADES:
                 walk.vertex += 1
-                if walk.k == 0 and walk.vertex == MOST_VERTICES and path.taker != 0:
+                light_samples = 1
+                if _must_leave(walk, integrator, path, sp):
                     _leave(walk, path)
         if event == SHADES:
             if path.taker == 0:
-                direct_light(scene, integrator, film, scratch, path, sp, 1)
+                direct_light(scene, integrator, film, scratch, path, sp, light_samples)
             else:
-                _light_here(scene, integrator, film, scratch, walk, path, sp, count if walk.vertex == 1 else 1)
+                _light_here(scene, integrator, film, scratch, walk, path, sp, light_samples)
             event = LIT
         if event == LIT:
             event = bounce(scene, integrator, path, sp)
@@ -106,11 +133,10 @@ def _follow(scene, camera, integrator, film, scratch, walk, path, sp, count):
                 reconnect_here(walk, path, sp)
                 note_bounce(walk, path, sp)
         if event == ENTERS:
-            if walk.k == 0 and path.taker != 0:
+            if path.taker != 0:
                 _leave(walk, path)
-            walk.vertex += 1
-            walk.bounces_there = NEVER  # what is found from now on is not what the bounce at vertex k has found
             event = scatter(scene, integrator, film, scratch, path, sp)
+            light_samples = exit_lights if path.bounce == 0 else 1
 
 
 @inlined
@@ -174,5 +200,7 @@ def paths_tile(
                 walk.choice = rng.sample1(rng.hash_combine(path.key, _CHOICE), path.sample, 0)
                 path.dimension = DIM_FIRST_VERTEX
                 path.taker = scratch + SCRATCH_TAKER
-                _follow(scene, camera, integrator, film, scratch, walk, path, sp, options.light_samples)
+                _follow(
+                    scene, camera, integrator, film, scratch, walk, path, sp, options.light_samples, options.exit_lights
+                )
             _settle(options, frame, walk, pixel, path, last)
