@@ -77,7 +77,9 @@ class ReuseSettings:
     paths: str = _option(
         "DIRECT",
         "Resampled Light",
-        "What samples are reused of, where reuse is on",
+        "What samples are reused of, where reuse is on. Indirect light needs shadows For Each Choice, and turns reuse "
+        "below surfaces off. Measured in rooms with much indirect light, after equal time: 0.16 to 0.37 of path "
+        "tracing's error in a moving view, with temporal reuse and one round; 0.6 to 1.6 of it in final renders",
         choices=(
             ("DIRECT", "Direct", "Direct light at first surfaces"),
             ("INDIRECT", "Indirect", "Paths of indirect light; direct light is sampled anew in each pixel"),

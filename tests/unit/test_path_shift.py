@@ -46,3 +46,62 @@ def test_a_path_comes_back_as_itself(paths, by):
         assert returned.sum() > 0.998 * arrived.sum()  # what can be shifted can be shifted back
         np.testing.assert_allclose(there["jacobian"][returned] * back["jacobian"][returned], 1.0, rtol=2e-3)
         np.testing.assert_allclose(back["target"][returned], p.reservoirs["target"][returned], rtol=8e-3)
+
+
+def corners(scene, samples) -> np.ndarray:
+    """Corners in the world of the triangles that samples are reconnected at, (n, 3, 3)."""
+    found = np.zeros((len(samples), 3, 3))
+    for i, sample in enumerate(samples):
+        placed = scene.instances[sample["instance"]]
+        mesh = scene.meshes[placed["mesh"]]
+        vertices = mesh.vertices[mesh.triangles.reshape(-1, 3)[sample["primitive"]]].astype(float)
+        to_world = placed["to_world"].reshape(3, 4)
+        found[i] = vertices @ to_world[:, :3].T + to_world[:, 3]
+    return found
+
+
+def frames_of(n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit tangents for each of some normals."""
+    t = np.cross(n, np.where(np.abs(n[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
+    t /= np.linalg.norm(t, axis=1, keepdims=True)
+    return t, np.cross(n, t)
+
+
+def test_the_jacobian_is_that_of_finite_differences():
+    """Of paths in a diffuse room that are reconnected at their second vertex.
+
+    A diffuse bounce is uniform over the disk that its direction projects to, which is thus its primary sample space up
+    to a constant. A path is moved on the disk of x_1; where it meets the plane of x_2 is seen from y_1.
+    """
+    scene = interior("doorway")
+    p = Paths(scene)
+    there, _ = p.shifted(3, -2)
+    points = p.integrator.frame.points
+    y, x = np.nonzero((there["target"] > 0.0) & (p.kinds >= LIT_THERE) & (p.reservoirs["flags"] & 31 == 2))
+    assert len(x) > 200
+    samples, start, end = p.reservoirs[y, x], points[y, x], points[y - 2, x + 3]
+    triangle = corners(scene, samples)
+    ab, ac = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
+    kept = triangle[:, 0] + samples["u"][:, None] * ab + samples["v"][:, None] * ac
+    normal = np.cross(ab, ac)
+    t, b = frames_of(start["n"])
+    towards = (kept - start["p"]) / np.linalg.norm(kept - start["p"], axis=1, keepdims=True)
+    disk = np.stack([(towards * t).sum(1), (towards * b).sum(1)], -1)
+    t_end, b_end = frames_of(end["n"])
+
+    def carried(move) -> np.ndarray:
+        """The disk at y_1 of what is moved on that of x_1."""
+        moved = disk + move
+        up = np.sqrt(np.maximum(1.0 - (moved**2).sum(1, keepdims=True), 0.0))
+        d = moved[:, :1] * t + moved[:, 1:] * b + up * start["n"]
+        reach = ((kept - start["p"]) * normal).sum(1) / (d * normal).sum(1)
+        between = start["p"] + reach[:, None] * d - end["p"]
+        between /= np.linalg.norm(between, axis=1, keepdims=True)
+        return np.stack([(between * t_end).sum(1), (between * b_end).sum(1)], -1)
+
+    h = 1e-6
+    columns = [(carried(h * e) - carried(-h * e)) / (2.0 * h) for e in np.eye(2)]
+    exact = np.abs(columns[0][:, 0] * columns[1][:, 1] - columns[0][:, 1] * columns[1][:, 0])
+    ours = there["jacobian"][y, x]
+    assert np.ptp(np.log(exact)) > 1.0  # they are not all alike
+    np.testing.assert_allclose(ours, exact, rtol=2e-3)

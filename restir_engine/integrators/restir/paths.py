@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 
 
 def resamples_paths(options: ReuseSettings, scene: Scene) -> bool:
-    """Whether indirect light is reused: where anything is, and no path crosses a medium."""
+    """Whether indirect light is reused: where anything is, p̂ has V in it and is one, and no path crosses a medium."""
     reused = options.temporal or options.rounds > 0
-    return options.paths != "DIRECT" and reused and not scene.record["flags"] & SCENE_HAS_MEDIA
+    served = options.visibility == "TARGET" and not options.by_channel
+    return options.paths != "DIRECT" and reused and served and not scene.record["flags"] & SCENE_HAS_MEDIA
 
 
 class PathSteps:
