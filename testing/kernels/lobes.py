@@ -21,7 +21,8 @@ from restir_engine.kernels.lobes import (
     lobe_tables,
 )
 from restir_engine.kernels.lobes.classes import store_lobes
-from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, makes_no_lobes
+from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, FILM_ENTRIES, makes_no_lobes
+from restir_engine.kernels.lobes.nodes import FILM_REFLECTANCE
 
 _scene_at = record_at(SCENE)
 _TABLES = lobe_tables()
@@ -97,14 +98,30 @@ class Surface:
     """The closures of a BSDF node seen from `wo`, with the smooth and the geometric normal along z.
 
     Inputs are keywords with spaces as underscores; enums (distribution, fresnel_type, component) likewise.
+    film_table: the table of `kernels.lobes.thin_film` that the input Thin_Film (nm, IOR, 0) refers to.
     """
 
-    def __init__(self, node, wo, *, ng=(0.0, 0.0, 1.0), backfacing=0, ray_flags=1, weight=(1.0, 1.0, 1.0), **inputs):
+    def __init__(
+        self,
+        node,
+        wo,
+        *,
+        ng=(0.0, 0.0, 1.0),
+        backfacing=0,
+        ray_flags=1,
+        weight=(1.0, 1.0, 1.0),
+        film_table=None,
+        **inputs,
+    ):
         self.closures = np.zeros(MAX_CLOSURES, CLOSURE)
         self.registers = np.zeros(256)
         self._scene, self._point = np.zeros(1, SCENE), np.zeros(1, SHADING_POINT)
         self.point = self._point[0]
         self._scene[0]["lobe_tables"] = address(_TABLES)
+        if film_table is not None:
+            self._kept = np.ascontiguousarray(film_table, np.float32), np.zeros(FILM_REFLECTANCE + 1, np.int64)
+            self._kept[1][FILM_REFLECTANCE] = FILM_ENTRIES[FILM_REFLECTANCE].address
+            self._scene[0]["tables"], self._scene[0]["shader_entries"] = (address(array) for array in self._kept)
         self.point["closures"] = address(self.closures)
         self.point["registers"] = address(self.registers)
         self.point["n"], self.point["ng"], self.point["wo"] = (0.0, 0.0, 1.0), ng, wo

@@ -72,13 +72,13 @@ def _z(ior):
 def microfacet_albedo(tables, c, wo):
     """(reflected rgb, transmitted rgb): albedos by the Fresnel model of a closure of microfacets, without the weight.
 
-    As in Cycles the distribution itself is taken to keep all energy, metals other than F82 and all transmission to be
-    smooth.
+    As in Cycles the distribution itself is taken to keep all energy, metals other than F82, all transmission and what
+    lies under a thin film to be smooth.
     """
     mu = dot(vec(c.n), wo)
     r0, r1, r2, t0, t1, t2, _cos_t = microfacet_fresnel(c, mu, has_reflection(c), has_transmission(c))
     kind = c.p[P_FRESNEL]
-    if r0 + r1 + r2 > 0.0:
+    if r0 + r1 + r2 > 0.0 and c.film == 0:
         if kind == FRESNEL_SCHLICK:
             s = lookup3(tables, DIELECTRIC_S, GLASS_SIZE, _rough(c), mu, _z(c.ior))
             r0 = (c.p[P_F0] * (1.0 - s) + s) * c.p[P_REFLECTION]

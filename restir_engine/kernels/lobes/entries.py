@@ -16,6 +16,7 @@ from .setup import (
     transparent_op,
 )
 from .subsurface import subsurface_op
+from .thin_film import film_reflectance, thin_film_op
 
 BSDF_ENTRIES: dict[int, Entry] = {
     nodes.DIFFUSE: diffuse_op,
@@ -30,6 +31,8 @@ BSDF_ENTRIES: dict[int, Entry] = {
     nodes.TOON: toon_op,
     nodes.SUBSURFACE: subsurface_op,
 }
+# Beside them: an instruction that BSDFs take a value from, and what it needs to be compiled.
+FILM_ENTRIES: dict[int, Entry] = {nodes.THIN_FILM: thin_film_op, nodes.FILM_REFLECTANCE: film_reflectance}
 _FIRST, _LAST = min(BSDF_ENTRIES), max(BSDF_ENTRIES)
 
 

@@ -3,6 +3,8 @@
 import math
 
 from ..core.jit import device
+from ..core.memory import call_entry, record_address
+from ..core.vec import vec
 from .closure import P_EDGE, P_F0, P_FRESNEL, P_REFLECTION, P_TRANSMISSION
 
 # P_FRESNEL of a microfacet closure.
@@ -73,6 +75,12 @@ def f82_from_tint(f0, tint):
 
 
 @device
+def f82_from_edge(f0, edge):
+    """b of `f82` so that the reflectance at cosine 1/7 is `edge`."""
+    return (f0 + (1.0 - f0) * _EDGE5 - edge) * (7.0 / (_EDGE5 * _EDGE))
+
+
+@device
 def f82(cosine, f0, b):
     """Schlick's reflectance with a dip of strength b towards 82 degrees."""
     m = min(max(1.0 - cosine, 0.0), 1.0)
@@ -90,8 +98,7 @@ def f82_average(f0, b):
 def conductor_average(n, k):
     """2 ∫ F(µ) µ dµ of a metal, through the F82 curve that meets it at 0 and 82 degrees."""
     f0 = conductor(1.0, n, k)
-    edge = conductor(1.0 / 7.0, n, k)
-    b = (f0 + (1.0 - f0) * _EDGE5 - edge) * (7.0 / (_EDGE5 * _EDGE))
+    b = f82_from_edge(f0, conductor(1.0 / 7.0, n, k))
     return min(max(f82_average(f0, b), 0.0), 1.0)
 
 
@@ -113,7 +120,18 @@ def microfacet_fresnel(c, cosine, reflects, transmits):
     cos_t = 0.0
     r0 = r1 = r2 = 1.0
     t0 = t1 = t2 = 0.0
-    if kind == FRESNEL_SCHLICK:
+    if c.film != 0:
+        c.film_cosine = cosine
+        call_entry(c.film, record_address(c), 0, 0, 0, 0)
+        r0, r1, r2 = vec(c.film_reflectance)
+        if kind == FRESNEL_SCHLICK:
+            _f, cos_t = dielectric(cosine, c.ior)
+            if transmits:
+                t0 = (1.0 - r0) * c.p[P_TRANSMISSION]
+                t1 = (1.0 - r1) * c.p[P_TRANSMISSION + 1]
+                t2 = (1.0 - r2) * c.p[P_TRANSMISSION + 2]
+            r0, r1, r2 = r0 * c.p[P_REFLECTION], r1 * c.p[P_REFLECTION + 1], r2 * c.p[P_REFLECTION + 2]
+    elif kind == FRESNEL_SCHLICK:
         s, cos_t = schlick_position(cosine, c.ior)
         f0, f1, f2 = c.p[P_F0], c.p[P_F0 + 1], c.p[P_F0 + 2]
         f0, f1, f2 = f0 + (1.0 - f0) * s, f1 + (1.0 - f1) * s, f2 + (1.0 - f2) * s

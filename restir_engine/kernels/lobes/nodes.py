@@ -7,6 +7,7 @@ An input that is not linked has, by its `default`:
 
 * VALUE: the socket's own value, as a constant (`missing` when the running Blender has no such socket);
 * NORMAL: operand -1, the kernel takes `sp.n`;
+* FILM: operand -1, no thin film; else three registers that a THIN_FILM instruction has written;
 * TANGENT: a tangent that the compiler emits (the active UV map's, or radial about z without one) where the node's
   anisotropy is linked or not 0, else -1: the kernel takes any frame around the normal.
 
@@ -17,7 +18,7 @@ from typing import NamedTuple
 
 from ..subsurface.parameters import ANY_SIGN, METHODS, POSITIVE
 
-VALUE, NORMAL, TANGENT = "VALUE", "NORMAL", "TANGENT"
+VALUE, NORMAL, TANGENT, FILM = "VALUE", "NORMAL", "TANGENT", "FILM"
 
 # Opcodes.
 (
@@ -33,6 +34,10 @@ VALUE, NORMAL, TANGENT = "VALUE", "NORMAL", "TANGENT"
     TOON,
     SUBSURFACE,
 ) = range(200, 211)
+
+# What lies on a surface, for the BSDFs that follow: out (3), thickness in nm, IOR, table! (`thin_film`).
+THIN_FILM = 190
+FILM_REFLECTANCE = 191  # no instruction: where the code that closures under a film refer to stands among the entries
 
 # Microfacet distributions, as immediates.
 GGX, MULTI_GGX, BECKMANN, ASHIKHMIN_SHIRLEY = 0, 1, 2, 3
@@ -66,6 +71,7 @@ class BsdfNode(NamedTuple):
 
 _COLOR, _ROUGHNESS, _IOR = Input("Color", 3), Input("Roughness", 1), Input("IOR", 1)
 _NORMAL, _TANGENT = Input("Normal", 3, NORMAL), Input("Tangent", 3, TANGENT)
+_THIN_FILM = Input("Thin Film", 3, FILM)
 _ANISOTROPY, _ROTATION = Input("Anisotropy", 1), Input("Rotation", 1)
 # The choices of subsurface scattering that sync makes for the running Blender and the material.
 _SUBSURFACE_CHOICES = (("entry", ENTRIES), ("sign", {"POSITIVE": POSITIVE, "ANY": ANY_SIGN}))
@@ -104,11 +110,13 @@ BSDF_NODES: dict[str, BsdfNode] = {
             Input("Subsurface Scale", 1, missing=1.0),
             Input("Subsurface IOR", 1, missing=1.4),
             Input("Subsurface Anisotropy", 1),
+            _THIN_FILM,
         ),
         (
             ("distribution", {"GGX": GGX, "MULTI_GGX": MULTI_GGX}),
             ("subsurface_method", METHODS),
             *_SUBSURFACE_CHOICES,
+            ("film", {"DIELECTRICS": 0, "ALL": 1}),
         ),
     ),
     "ShaderNodeBsdfAnisotropic": BsdfNode(
@@ -133,6 +141,7 @@ BSDF_NODES: dict[str, BsdfNode] = {
             _ROTATION,
             _NORMAL,
             _TANGENT,
+            _THIN_FILM,
         ),
         (
             ("distribution", {"GGX": GGX, "MULTI_GGX": MULTI_GGX, "BECKMANN": BECKMANN}),
@@ -141,7 +150,7 @@ BSDF_NODES: dict[str, BsdfNode] = {
     ),
     "ShaderNodeBsdfGlass": BsdfNode(
         GLASS,
-        (_COLOR, _ROUGHNESS, _IOR, _NORMAL),
+        (_COLOR, _ROUGHNESS, _IOR, _NORMAL, _THIN_FILM),
         (("distribution", {"GGX": GGX, "MULTI_GGX": MULTI_GGX, "BECKMANN": BECKMANN}),),
     ),
     "ShaderNodeBsdfRefraction": BsdfNode(

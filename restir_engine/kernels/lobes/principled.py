@@ -40,6 +40,7 @@ from .setup import (
 from .sheen import add_sheen
 from .subsurface import add_subsurface, radius_input
 from .thin import add_thin_glass, add_thin_subsurface
+from .thin_film import has_film, put_film
 
 _NODE = BSDF_NODES["ShaderNodeBsdfPrincipled"]
 _BASE_COLOR, _METALLIC, _ROUGHNESS = _NODE.operand("Base Color"), _NODE.operand("Metallic"), _NODE.operand("Roughness")
@@ -61,8 +62,10 @@ _THIN_WALL = _NODE.operand("Thin Wall")
 _SUBSURFACE, _RADIUS = _NODE.operand("Subsurface Weight"), _NODE.operand("Subsurface Radius")
 _SCALE, _SUBSURFACE_IOR = _NODE.operand("Subsurface Scale"), _NODE.operand("Subsurface IOR")
 _SUBSURFACE_ANISOTROPY = _NODE.operand("Subsurface Anisotropy")
+_FILM = _NODE.operand("Thin Film")
 _DISTRIBUTION = 1 + len(_NODE.inputs)
 _METHOD, _ENTRY, _SIGN = _DISTRIBUTION + 1, _DISTRIBUTION + 2, _DISTRIBUTION + 3
+_FILM_ON_METAL = _DISTRIBUTION + 4
 
 
 @entry
@@ -160,17 +163,28 @@ def _body(scene, sp, registers, code, at, n, weight, thin):
             metal = scale(weight, metallic)
             i = add_microfacets(sp, LOBE_REFLECTION, metal, valid, t, alpha_x, alpha_y, 1.0, GGX)
         if i >= 0:
-            set_f82(tables, closure_at(sp.closures, i), wo, clamped, lower(tint, 1.0), multiple)
+            c = closure_at(sp.closures, i)
+            if load_i32(code, at + _FILM_ON_METAL) == 1:
+                put_film(scene, c, registers, code, at + _FILM, 1.0)
+            set_f82(tables, c, wo, clamped, lower(tint, 1.0), multiple)
         weight = scale(weight, 1.0 - metallic)
 
     ior = max(number(registers, code, at + _IOR), 1e-5)
     transmission = clamp(number(registers, code, at + _TRANSMISSION), 0.0, 1.0)
     if transmission > WEIGHT_CUTOFF:
-        _transmission(tables, sp, scale(weight, transmission), valid, roughness, ior, tint, clamped, multiple, thin)
+        glass = scale(weight, transmission)
+        _transmission(scene, sp, registers, code, at, glass, valid, roughness, ior, tint, clamped, multiple, thin)
         weight = scale(weight, 1.0 - transmission)
 
     f0, eta = _leveled(ior, max(number(registers, code, at + _SPECULAR_LEVEL), 0.0))
-    weight = _specular(tables, sp, weight, valid, t, alpha_x, alpha_y, f0, eta, tint, multiple)
+    i = -1
+    if (eta != 1.0 or has_film(registers, code, at + _FILM)) and not sp.ray_flags & RAY_NO_REFLECTION:
+        i = add_microfacets(sp, LOBE_REFLECTION, weight, valid, t, alpha_x, alpha_y, eta, GGX)
+    if i >= 0:
+        c = closure_at(sp.closures, i)
+        put_film(scene, c, registers, code, at + _FILM, 1.0)
+        set_schlick(tables, c, wo, scale(tint, f0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), multiple)
+        weight = layer_under(tables, c, wo, weight)
 
     diffuse_roughness = clamp(number(registers, code, at + _DIFFUSE_ROUGHNESS), 0.0, 1.0)
     inside = clamp(number(registers, code, at + _SUBSURFACE), 0.0, 1.0)
@@ -186,8 +200,9 @@ def _body(scene, sp, registers, code, at, n, weight, thin):
 
 
 @device
-def _transmission(tables, sp, weight, n, roughness, ior, tint, color, multiple, thin):
+def _transmission(scene, sp, registers, code, at, weight, n, roughness, ior, tint, color, multiple, thin):
     """Glass, solid or as a thin sheet; the colour counts once for the way in and out of a solid."""
+    tables = scene.lobe_tables
     mirrored, half = (1.0, 1.0, 1.0), (math.sqrt(color[0]), math.sqrt(color[1]), math.sqrt(color[2]))
     if sp.ray_flags & RAY_NO_REFLECTION:
         mirrored = (0.0, 0.0, 0.0)
@@ -197,12 +212,13 @@ def _transmission(tables, sp, weight, n, roughness, ior, tint, color, multiple, 
             return
     alpha = roughness * roughness
     if thin:
-        add_thin_glass(tables, sp, weight, n, alpha, ior, tint, color)
+        add_thin_glass(scene, sp, registers, code, at + _FILM, weight, n, alpha, ior, tint, color)
         return
     eta = 1.0 / ior if sp.backfacing else ior
     i = add_microfacets(sp, LOBE_GLASS, weight, n, n, alpha, alpha, eta, GGX)
     if i >= 0:
         c = closure_at(sp.closures, i)
+        put_film(scene, c, registers, code, at + _FILM, ior if sp.backfacing else 1.0)
         set_schlick(tables, c, vec(sp.wo), scale(tint, f0_from_ior(ior)), mirrored, half, multiple)
 
 
@@ -226,16 +242,3 @@ def _subsurface(sp, registers, code, at, weight, n, color, roughness, eta):
     g = number(registers, code, at + _SUBSURFACE_ANISOTROPY)
     entry, sign = load_i32(code, at + _ENTRY), load_i32(code, at + _SIGN)
     add_subsurface(sp, weight, n, color, radius, roughness * roughness, ior, g, method, entry, sign)
-
-
-@device
-def _specular(tables, sp, weight, n, t, alpha_x, alpha_y, f0, eta, tint, multiple):
-    """The dielectric's mirror lobe; the weight that is left under it."""
-    if eta == 1.0 or sp.ray_flags & RAY_NO_REFLECTION:
-        return weight
-    i = add_microfacets(sp, LOBE_REFLECTION, weight, n, t, alpha_x, alpha_y, eta, GGX)
-    if i < 0:
-        return weight
-    c = closure_at(sp.closures, i)
-    set_schlick(tables, c, vec(sp.wo), scale(tint, f0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), multiple)
-    return layer_under(tables, c, vec(sp.wo), weight)

@@ -41,6 +41,7 @@ from .fresnel import (
 )
 from .nodes import ASHIKHMIN_SHIRLEY, BECKMANN, MULTI_GGX
 from .sheen import add_sheen, add_velvet
+from .thin_film import put_film
 from .toon import add_toon
 
 _TWO_PI = 6.283185307179586
@@ -88,6 +89,7 @@ def add_microfacets(sp, kind, weight, n, t, alpha_x, alpha_y, ior, distribution)
     c.p[P_DISTRIBUTION] = 1.0 if distribution == BECKMANN else 0.0
     c.p[P_FRESNEL] = FRESNEL_NONE
     c.p[P_ENERGY] = 1.0
+    c.film = 0
     return i
 
 
@@ -209,7 +211,9 @@ def glossy_op(scene, sp, registers, code, at):
 
 @entry
 def metallic_op(scene, sp, registers, code, at):
-    """Metallic BSDF: colour, edge tint, n, k, roughness, anisotropy, rotation, normal, tangent; distribution, model."""
+    """Metallic BSDF: colour, edge tint, n, k, roughness, anisotropy, rotation, normal, tangent, film; distribution,
+    model.
+    """
     scene = scene_at(scene, 0)
     sp = shading_point_at(sp, 0)
     roughness = clamp(number(registers, code, at + 5), 0.0, 1.0)
@@ -217,13 +221,14 @@ def metallic_op(scene, sp, registers, code, at):
     bumped = normal_input(sp, registers, code, at + 8)
     t = tangent_input(registers, code, at + 9, bumped, number(registers, code, at + 7))
     n = valid_reflection_normal(sp, bumped)
-    distribution = load_i32(code, at + 10)
+    distribution = load_i32(code, at + 11)
     weight = triple(registers, code, at)
     i = add_microfacets(sp, LOBE_REFLECTION, weight, n, t, alpha_x, alpha_y, 1.0, distribution)
     if i < 0:
         return
     c = closure_at(sp.closures, i)
-    if load_i32(code, at + 11) == 1:
+    put_film(scene, c, registers, code, at + 10, 1.0)
+    if load_i32(code, at + 12) == 1:
         f0 = lower(positive(triple(registers, code, at + 1)), 1.0)
         tint = lower(positive(triple(registers, code, at + 2)), 1.0)
         set_f82(scene.lobe_tables, c, vec(sp.wo), f0, tint, distribution == MULTI_GGX)
@@ -245,7 +250,7 @@ def _interface(sp, kind, weight, registers, code, at, ior, distribution):
 
 @entry
 def glass_op(scene, sp, registers, code, at):
-    """Glass BSDF: colour, roughness, IOR, normal; distribution."""
+    """Glass BSDF: colour, roughness, IOR, normal, film; distribution."""
     scene = scene_at(scene, 0)
     sp = shading_point_at(sp, 0)
     mirrored = refracted = positive(triple(registers, code, at + 1))
@@ -256,11 +261,12 @@ def glass_op(scene, sp, registers, code, at):
     if is_black(mirrored) and is_black(refracted):
         return
     ior = max(number(registers, code, at + 3), 1e-5)
-    distribution = load_i32(code, at + 5)
+    distribution = load_i32(code, at + 6)
     i = _interface(sp, LOBE_GLASS, triple(registers, code, at), registers, code, at, ior, distribution)
     if i >= 0:
         f0 = f0_from_ior(ior)
         c = closure_at(sp.closures, i)
+        put_film(scene, c, registers, code, at + 5, ior if sp.backfacing else 1.0)
         set_schlick(scene.lobe_tables, c, vec(sp.wo), (f0, f0, f0), mirrored, refracted, distribution == MULTI_GGX)
 
 

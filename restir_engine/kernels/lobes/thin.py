@@ -24,36 +24,43 @@ from .closure import (
     is_singular,
 )
 from .diffuse import add_diffuse
-from .fresnel import f0_from_ior, schlick_position
+from .fresnel import f0_from_ior, microfacet_fresnel
 from .microfacet import microfacet_eval, microfacet_normal
 from .nodes import GGX
-from .setup import add_microfacets, add_transparent
+from .setup import add_microfacets, add_transparent, set_schlick
+from .thin_film import put_film
 
 
 @device
-def _balance(f0, color, s, depth):
-    """(reflected, transmitted) of one channel: the sums over all inner reflections."""
-    r = f0 + (1.0 - f0) * s
+def _balance(r, color, depth):
+    """(reflected, transmitted) of one channel: the sums over all inner reflections, r being that of one side."""
     c = color**depth
     through = c * (1.0 - r) * (1.0 - r) / max(1.0 - r * r * c * c, 1e-12)
     return r + through * r * c, through
 
 
 @device
-def add_thin_glass(tables, sp, weight, n, alpha, ior, tint, color):
+def add_thin_glass(scene, sp, registers, code, film, weight, n, alpha, ior, tint, color):
     """The two lobes; a smooth sheet is plainly transparent to all rays but the camera's.
 
-    `color` is what passes at normal incidence.
+    `color` is what passes at normal incidence; `film`: where the operand of a thin film stands, on both sides alike.
     """
-    wo = vec(sp.wo)
-    s, cos_t = schlick_position(dot(n, wo), ior)
+    wo, tables = vec(sp.wo), scene.lobe_tables
+    i = add_microfacets(sp, LOBE_REFLECTION, weight, n, n, alpha, alpha, ior, GGX)
+    if i < 0:
+        return
+    c = closure_at(sp.closures, i)
+    put_film(scene, c, registers, code, film, 1.0)
+    set_schlick(tables, c, wo, scale(tint, f0_from_ior(ior)), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), False)
+    r0, r1, r2, _t0, _t1, _t2, cos_t = microfacet_fresnel(c, dot(n, wo), True, False)
+    sp.n_closures = i
     if cos_t >= 0.0:
         reflected, transmitted = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
     else:
-        depth, f0 = -1.0 / cos_t, f0_from_ior(ior)
-        r0, t0 = _balance(clamp(f0 * tint[0], 0.0, 1.0), color[0], s, depth)
-        r1, t1 = _balance(clamp(f0 * tint[1], 0.0, 1.0), color[1], s, depth)
-        r2, t2 = _balance(clamp(f0 * tint[2], 0.0, 1.0), color[2], s, depth)
+        depth = -1.0 / cos_t
+        r0, t0 = _balance(r0, color[0], depth)
+        r1, t1 = _balance(r1, color[1], depth)
+        r2, t2 = _balance(r2, color[2], depth)
         reflected, transmitted = (r0, r1, r2), (t0, t1, t2)
     i = add_microfacets(sp, LOBE_REFLECTION, mul(reflected, weight), n, n, alpha, alpha, 1.0, GGX)
     if i >= 0:

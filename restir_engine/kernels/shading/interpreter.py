@@ -15,7 +15,8 @@ from ..core.records import (
 )
 from ..core.vec import LARGEST_RADIANCE, normalize, put, store3_f64, vec
 from ..lobes.closure import LOBE_LAMBERT, add_closure
-from ..lobes.entries import BSDF_ENTRIES, makes_no_lobes
+from ..lobes.entries import BSDF_ENTRIES, FILM_ENTRIES, makes_no_lobes
+from ..lobes.nodes import FILM_REFLECTANCE, THIN_FILM
 from ..volume.program import medium_op
 from . import opcodes as ops
 from .bump_ops import bump_op
@@ -185,6 +186,7 @@ _ENTRIES: dict[int, Entry] = {
     **{first + k: family for first, family in _FAMILIES.items() for k in range(20)},
     **TEXTURE_ENTRIES,
     **BSDF_ENTRIES,
+    **FILM_ENTRIES,
     **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_SUBSURFACE + 1), medium_op),
 }
 
@@ -201,7 +203,8 @@ def opcodes_in(code: np.ndarray) -> set[int]:
 def shader_entries(code: np.ndarray) -> np.ndarray:
     """Addresses by opcode of what runs these programs, compiled where it is not yet; 0 for what none of them needs."""
     table = np.zeros(max(_ENTRIES) + 1, np.int64)
-    needed = {_PROGRAM} | (opcodes_in(code) & _ENTRIES.keys())
+    found = opcodes_in(code)
+    needed = {_PROGRAM} | (found & _ENTRIES.keys()) | ({FILM_REFLECTANCE} if THIN_FILM in found else set())
     load(_ENTRIES[op] for op in needed)
     for op in needed:
         table[op] = _ENTRIES[op].address

@@ -1,7 +1,7 @@
 """The opcodes of shader programs: one table for the compiler (`sync.nodes`) and the `interpreter`.
 
 The comment beside an opcode lists its operand words: registers unless marked `!`, which are immediate integers. A
-register operand is the first of three where a vector or colour is meant. 100–199 belong to `textures`, 200–299 to
+register operand is the first of three where a vector or colour is meant. 100–189 belong to `textures`, 190–299 to
 `lobes`.
 """
 

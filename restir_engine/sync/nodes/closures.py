@@ -8,8 +8,7 @@ from ...kernels.shading import opcodes as ops
 from .registry import closure
 from .sockets import find_socket
 from .subsurface import choice, medium_inputs, note_subsurface
-
-_THIN_FILM = "Thin Film Thickness"
+from .thin_film import thin_film
 
 
 @closure("ShaderNodeMixShader")
@@ -52,15 +51,13 @@ def bsdf(c, node, weight):
     own = medium_inputs(c, node)
     words = [operand(c, node, item) if item.name not in own else own[item.name] for item in layout.inputs]
     words += [values.get(choice(c, node, attribute), 0) for attribute, values in layout.enums]
-    if any(socket.name == _THIN_FILM for socket in node.inputs) and c.constant_value(c.value(node, _THIN_FILM)) != (
-        0.0,
-    ):
-        c.warn("thin film is left out")
     _analyse(c, node, layout, weight, words)
     c.emit(layout.opcode, weight, *words)
 
 
 def operand(c, node, item) -> int:
+    if item.default == lobes.FILM:
+        return thin_film(c, node)
     name = next((n for n in (item.name, *item.alternates) if find_socket(node.inputs, n) is not None), None)
     if name is None:
         return c.constant(item.missing if item.components == 1 else (item.missing,) * 3)

@@ -26,7 +26,7 @@ _CIE_1931 = """
     0.0029 0.001 0, 0.002 0.0007 0, 0.0014 0.0005 0, 0.001 0.0004 0, 0.0007 0.0002 0, 0.0005 0.0002 0,
     0.0003 0.0001 0, 0.0002 0.0001 0, 0.0002 0.0001 0, 0.0001 0 0, 0.0001 0 0, 0.0001 0 0, 0 0 0
 """
-_XYZ_TO_REC709 = np.array(
+XYZ_TO_REC709 = np.array(
     [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560], [0.0556434, -0.2040259, 1.0572252]]
 )
 _LARGEST = 2.52  # Cycles divides by this so that no component exceeds 1
@@ -56,7 +56,12 @@ BLACKBODY_FITS = np.array(
 
 
 @cache
+def color_matching() -> np.ndarray:
+    """CIE XYZ of 1931 at equal steps over WAVELENGTHS."""
+    return np.array([[float(x) for x in row.split()] for row in _CIE_1931.split(",")])
+
+
+@cache
 def wavelength_colors() -> np.ndarray:
     """Linear Rec. 709 colours at equal steps over WAVELENGTHS; components may be negative."""
-    matching = np.array([[float(x) for x in row.split()] for row in _CIE_1931.split(",")])
-    return matching @ _XYZ_TO_REC709.T / _LARGEST
+    return color_matching() @ XYZ_TO_REC709.T / _LARGEST

@@ -8,6 +8,7 @@ import bpy
 
 from ...kernels.core import records as rec
 from ...kernels.lobes.nodes import BSDF_NODES
+from .thin_film import FILM_ON_METAL
 
 # From 5.2 on Random Walk takes a radius as the mean free path and light may scatter backwards; what Random Walk was
 # before has a name of its own.
@@ -52,6 +53,8 @@ def choice(c, node, attribute: str) -> str:
         return "DIFFUSE" if medium and c.subsurface.entry == "METHOD" else c.subsurface.entry
     if attribute == "sign":
         return "ANY" if medium or _HAS_LEGACY else "POSITIVE"
+    if attribute == "film":
+        return "ALL" if FILM_ON_METAL else "DIELECTRICS"
     if attribute not in _METHODS:
         return getattr(node, attribute)
     if medium:

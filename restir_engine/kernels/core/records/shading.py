@@ -48,6 +48,13 @@ CLOSURE = record(
     ("alpha_y", 1),
     ("ior", 1),
     ("p", 16),  # what else the lobe needs; each lobe module names its own
+    # Of microfacets under a thin film (lobes.thin_film):
+    "film",  # address of the code that gives their reflectance, 0: no film
+    "film_table",
+    ("film_thickness", 1),  # nm
+    ("film_ior", 1),  # relative to the medium on the outside
+    ("film_cosine", 1),  # what that code is asked, and its answer
+    ("film_reflectance", 3),
 )
 closure_at = record_at(CLOSURE)
 MAX_CLOSURES = 64  # as many as Cycles
