@@ -78,7 +78,7 @@ def emission(scene) -> np.ndarray:
         np.zeros(rec.MAX_CLOSURES, rec.CLOSURE),
     )
     camera[0] = scene.camera.record()
-    registers = np.zeros(rec.MAX_REGISTERS)
+    registers = np.zeros(rec.MAX_REGISTERS + 32)  # with room for rays of the program's own
     sp["closures"], sp["registers"] = address(closures), address(registers)
     scratch = np.zeros(rec.SCRATCH_BYTES + 64, np.uint8)
     start = address(scratch) + -address(scratch) % 64

@@ -19,16 +19,17 @@ class Scene:
     samples: int
     size: tuple[int, int]
     settings: dict = field(default_factory=dict)
+    deep: bool = False  # rendered with --deep alone
 
 
 SCENES: dict[str, Scene] = {}
 
 
-def scene(group: int, samples: int = 96, size: tuple[int, int] = (96, 54), **settings):
+def scene(group: int, samples: int = 96, size: tuple[int, int] = (96, 54), deep: bool = False, **settings):
     """Register a function that builds a scene; `settings` replace parity settings by our name, or are ours alone."""
 
     def register(build: Callable[[], None]) -> Callable[[], None]:
-        SCENES[build.__name__] = Scene(build.__name__, build, group, samples, size, settings)
+        SCENES[build.__name__] = Scene(build.__name__, build, group, samples, size, settings, deep)
         return build
 
     return register

@@ -1,14 +1,16 @@
 """Which RNA properties change Cycles' picture of a small scene.
 
-`python -m testing.blender.rna_walk` prints a line for each property of the running Blender, `version owner.property`,
-and whether it changes the picture; tests/blender/cycles_properties.txt holds them for the versions that are supported.
-For a new Blender, add its lines and say in tests/blender/test_rna_walk.py what becomes of the new ones.
+`python -m testing.blender.rna_walk FILE` tries all of the running Blender and puts its column into the table
+tests/blender/cycles_properties.txt. For a new Blender, run it once and say in tests/blender/test_rna_walk.py what
+becomes of the properties that are new.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -19,6 +21,7 @@ from . import kit, render
 _NOT_TRIED = {"engine", "filepath", "device", "shading_system", "use_lock_interface", "threads", "threads_mode"}
 _NOT_TRIED |= {"use"}  # a scene without a view layer to render ends the process
 _SAMPLES = 2
+CHANGES, SAME, ABSENT = "changes", "same", "-"
 
 
 def build() -> dict[str, object]:
@@ -95,9 +98,10 @@ def _others(owner, item) -> list:
     """A few other values of a property."""
     now = getattr(owner, item.identifier)
     if getattr(item, "is_array", False):
-        return (
-            [[not x for x in now]] if item.type == "BOOLEAN" else [[0.5 * x + 0.3 for x in now], [0.0 * x for x in now]]
-        )
+        now = list(now)
+        if not isinstance(now[0], (int, float)):  # a matrix: what it holds has names of its own
+            return []
+        return [[not x for x in now]] if item.type == "BOOLEAN" else [[0.5 * x + 0.3 for x in now], [0] * len(now)]
     if item.type == "BOOLEAN":
         return [not now]
     if item.type == "ENUM":
@@ -116,7 +120,7 @@ def picture() -> np.ndarray:
         return render.render("CYCLES", scene.cycles.samples, scene.cycles.seed)
 
 
-def changes(owner, item, reference: np.ndarray) -> bool:
+def changes(owner, item, reference: np.ndarray, picture=picture) -> bool:
     """Whether another value of a property changes the picture."""
     before = getattr(owner, item.identifier)
     before = tuple(before) if getattr(item, "is_array", False) else before
@@ -135,17 +139,50 @@ def changes(owner, item, reference: np.ndarray) -> bool:
             setattr(owner, item.identifier, before)
 
 
-def main() -> None:
-    """Print all properties of the running Blender."""
+def walk() -> Iterator[tuple[str, str]]:
+    """(owner.property, CHANGES or SAME) of the running Blender."""
     render.register()
     owners = build()
     reference = picture()
-    version = f"{bpy.app.version[0]}.{bpy.app.version[1]}"
-    for name, owner in owners.items():
-        for item in tried(owner):
-            word = "changes" if changes(owner, item, reference) else "same"
-            print(f"{version} {name}.{item.identifier} {word}", flush=True)
-        assert np.array_equal(picture(), reference), f"{name} is not as it was"
+    for name in list(owners):
+        for identifier in [item.identifier for item in tried(owners[name])]:
+            changed = changes(owners[name], owners[name].bl_rna.properties[identifier], reference)
+            yield f"{name}.{identifier}", CHANGES if changed else SAME
+            if not np.array_equal(picture(), reference):  # some properties do not go back
+                owners = build()
+                reference = picture()
+
+
+def version() -> str:
+    """The running Blender's."""
+    return f"{bpy.app.version[0]}.{bpy.app.version[1]}"
+
+
+def read_table(path: Path) -> tuple[list[str], dict[str, dict[str, str]]]:
+    """(versions, word by property and version) of the table."""
+    head, *lines = path.read_text().splitlines()
+    versions = head.split()[1:]
+    rows = (line.split() for line in lines)
+    return versions, {name: dict(zip(versions, words, strict=True)) for name, *words in rows}
+
+
+def write_table(path: Path, versions: list[str], table: dict[str, dict[str, str]]) -> None:
+    """The other way round."""
+    lines = [
+        f"{name} {' '.join(words.get(each, ABSENT) for each in versions)}" for name, words in sorted(table.items())
+    ]
+    path.write_text("\n".join([f"property {' '.join(versions)}", *lines]) + "\n")
+
+
+def main() -> None:
+    """Try all properties of the running Blender."""
+    path = Path(sys.argv[1])
+    versions, table = read_table(path) if path.exists() else ([], {})
+    for words in table.values():
+        words.pop(version(), None)
+    for name, word in walk():
+        table.setdefault(name, {})[version()] = word
+    write_table(path, sorted({*versions, version()}), table)
 
 
 if __name__ == "__main__":

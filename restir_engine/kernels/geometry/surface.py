@@ -97,6 +97,20 @@ def triangle_place(scene, instance, primitive, u, v):
     return p, normalize(transform_normal(placed.to_object, cross(ab, ac))), area
 
 
+@device
+def hit_normal(scene, instance, primitive, u, v, d):
+    """The shading normal (unit) where a ray along d hit a triangle, on the ray's side."""
+    placed = instance_at(scene.instances, instance)
+    mesh = mesh_at(scene.meshes, placed.mesh)
+    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
+    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
+    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
+    ng = normalize(transform_normal(placed.to_object, cross(ab, ac)))
+    n = normalize(transform_normal(placed.to_object, object_normal(mesh, primitive, u, v)))
+    n = ng if is_black(n) else n
+    return neg(n) if dot(ng, d) > 0.0 else n
+
+
 @inlined
 def object_normal(mesh, primitive, u, v):
     """The interpolated normal of a smooth triangle in object space, not normalised; zero for a flat one."""

@@ -282,10 +282,13 @@ def _by_camera(kind, matrix, v):
 def _to_world(scene, sp, kind, space, v):
     if space == 2:
         return _by_camera(kind, camera_at(scene.camera, 0).to_world, (v[0], v[1], -v[2]))
-    if space == 0 or sp.instance < 0:
-        return v
-    instance = instance_at(scene.instances, sp.instance)
-    return _transform(kind, instance.to_world, instance.to_object, v)
+    if space == 1 and sp.instance >= 0:
+        instance = instance_at(scene.instances, sp.instance)
+        return _transform(kind, instance.to_world, instance.to_object, v)
+    if space == 1 and sp.light >= 0:
+        light = light_at(scene.lights, sp.light)
+        return _transform(kind, light.to_world, light.to_object, v)
+    return v
 
 
 @device
@@ -293,6 +296,9 @@ def _from_world(scene, sp, kind, space, v):
     if space == 1 and sp.instance >= 0:
         instance = instance_at(scene.instances, sp.instance)
         return _transform(kind, instance.to_object, instance.to_world, v)
+    if space == 1 and sp.light >= 0:
+        light = light_at(scene.lights, sp.light)
+        return _transform(kind, light.to_object, light.to_world, v)
     if space != 2:
         return v
     q = _by_camera(kind, camera_at(scene.camera, 0).to_camera, v)

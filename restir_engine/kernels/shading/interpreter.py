@@ -24,6 +24,7 @@ from .color_ops import color_op
 from .input_ops import input_op
 from .math_ops import clamp, math_op
 from .operands import number, triple
+from .ray_ops import ray_op
 from .textures import TEXTURE_ENTRIES
 
 _PROGRAM = ops.END  # in the table of entries
@@ -187,6 +188,7 @@ _ENTRIES: dict[int, Entry] = {
     **TEXTURE_ENTRIES,
     **BSDF_ENTRIES,
     **FILM_ENTRIES,
+    **dict.fromkeys((ops.AMBIENT_OCCLUSION, ops.RAYCAST), ray_op),
     **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_SUBSURFACE + 1), medium_op),
 }
 

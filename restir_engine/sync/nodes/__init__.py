@@ -1,6 +1,6 @@
 """Shader trees to programs. Importing this package registers every converter."""
 
-from . import bump, closures, color, converters, generic, images, inputs, sky, textures, volumes
+from . import bump, closures, color, converters, generic, ies, images, inputs, rays, sky, textures, volumes
 from .compiler import Compiler
 
 __all__ = [
@@ -10,8 +10,10 @@ __all__ = [
     "color",
     "converters",
     "generic",
+    "ies",
     "images",
     "inputs",
+    "rays",
     "sky",
     "textures",
     "volumes",

@@ -66,7 +66,10 @@ def default_coordinates(c, node) -> int:
     if node.bl_idname in ("ShaderNodeTexEnvironment", "ShaderNodeTexWhiteNoise", "ShaderNodeTexPointDensity"):
         return point(c, ops.POINT_POSITION)
     if node.bl_idname == "ShaderNodeTexIES":
-        return point(c, ops.POINT_INCOMING)
+        incoming, out = point(c, ops.POINT_INCOMING), c.allocate(3)
+        spaces = ops.SPACES.index("WORLD"), ops.SPACES.index("OBJECT")
+        c.emit(ops.VECTOR_TRANSFORM, out, ops.TRANSFORM_TYPES.index("VECTOR"), *spaces, incoming)
+        return out
     if node.bl_idname.startswith("ShaderNodeTex"):
         return point(c, ops.POINT_GENERATED)
     return c.constant((0.0, 0.0, 0.0))

@@ -145,12 +145,6 @@ def gabor_texture(c, node):
     return {"Value": out, "Phase": out + 1, "Intensity": out + 2}
 
 
-@node("ShaderNodeTexIES")
-def ies_texture(c, node):
-    c.warn("IES profiles are not supported: the light is even in all directions")
-    return {"Fac": c.value(node, "Strength")}
-
-
 @node("ShaderNodeTexPointDensity")
 def point_density_texture(c, node):
     c.warn("point density is not supported: it is 0 everywhere")

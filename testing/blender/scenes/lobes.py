@@ -287,3 +287,43 @@ def without_caustics():
             bsdf("BsdfGlass", Roughness=0.3),
         ]
     )
+
+
+def filmed(**inputs):
+    """A Principled BSDF under a film."""
+    return bsdf("BsdfPrincipled", **{"Thin_Film_Thickness": 400.0, "Thin_Film_IOR": 1.6} | inputs)
+
+
+@scene(2)
+def film_on_plastic():
+    show([filmed(Roughness=r, Thin_Film_Thickness=t, IOR=ior) for r, t, ior in ((0.1, 300.0, 1.5), (0.4, 600.0, 1.2))])
+
+
+@scene(2)
+def film_on_metal():
+    show(
+        [filmed(Metallic=1.0, Roughness=r, Base_Color=c) for r, c in ((0.15, (0.9, 0.6, 0.5)), (0.4, (0.5, 0.5, 0.6)))]
+    )
+
+
+@scene(2)
+def film_on_glass():
+    show([filmed(Transmission_Weight=1.0, Roughness=r, Thin_Film_IOR=n) for r, n in ((0.0, 1.33), (0.2, 1.8))])
+
+
+@scene(2)
+def film_by_nodes():
+    """Thickness by a texture, with a tint and a level; Metallic and Glass BSDFs where they have films."""
+
+    def varying(node):
+        noise = node("TexNoise", Scale=2.0)
+        thickness = node("MapRange", {"Value": noise.outputs[0], "To Min": 100.0, "To Max": 700.0})
+        inputs = {"Thin Film Thickness": thickness, "Thin Film IOR": 1.4, "Specular IOR Level": 0.8}
+        return node("BsdfPrincipled", inputs, Roughness=0.2, Specular_Tint=(0.8, 0.9, 1.0))
+
+    materials = [kit.material(varying)]
+    if bpy.app.version >= (5, 0, 0):
+        film = {"Thin_Film_Thickness": 350.0, "Thin_Film_IOR": 1.4}
+        materials.append(bsdf("BsdfMetallic", fresnel_type="PHYSICAL_CONDUCTOR", Roughness=0.2, **film))
+        materials.append(bsdf("BsdfGlass", Roughness=0.1, **film))
+    show(materials)

@@ -9,7 +9,7 @@ from .shading import CLOSURE, MAX_CLOSURES, MAX_REGISTERS, SHADING_POINT, shadin
 _RAY_BYTES = 96  # RTCRayHit
 _MEDIA_BYTES = MEDIA.itemsize + MAX_MEDIA * MEDIUM.itemsize
 _CLOSURE_BYTES = MAX_CLOSURES * CLOSURE.itemsize
-_REGISTER_BYTES = 8 * MAX_REGISTERS
+_REGISTER_BYTES = 8 * MAX_REGISTERS + 2 * 128  # behind them the rays of a program's own: shading.ray_ops
 _SHARED_BYTES = 32768
 _RESAMPLING_BYTES = 8192
 

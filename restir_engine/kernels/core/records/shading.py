@@ -77,7 +77,7 @@ SHADING_POINT = record(
     "n_closures",
     "scatterer",  # the closure that bsdf_sample chose with LABEL_SUBSURFACE
     "bump_uncorrected",  # 1: MATERIAL_BUMP_UNCORRECTED
-    "registers",  # address of float64 [MAX_REGISTERS]
+    "registers",  # address of float64 [MAX_REGISTERS], and of two rays behind them
     ("t", 1),  # length of the ray that arrived
     ("u", 1),  # barycentric weights of corners 1 and 2 on a triangle; parametric on a light
     ("v", 1),

@@ -4,6 +4,7 @@ from ...core.jit import Entry
 from . import opcodes as ops
 from .environment import environment_op
 from .gabor import gabor_op
+from .ies import ies_op
 from .image import image_box_op, image_op, image_tiles_op
 from .mapping import texture_mapping_op
 from .noise import noise_op
@@ -28,5 +29,6 @@ TEXTURE_ENTRIES: dict[int, Entry] = {
     ops.IMAGE_TILES: image_tiles_op,
     ops.ENVIRONMENT: environment_op,
     ops.SKY: sky_op,
+    ops.IES: ies_op,
     ops.TEXTURE_MAPPING: texture_mapping_op,
 }

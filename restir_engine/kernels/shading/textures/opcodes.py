@@ -19,4 +19,6 @@ IMAGE_TILES = 122  # out (rgb, alpha), vector, table of tiles!, flags!
 ENVIRONMENT = 123  # out (rgb, alpha), direction, image!, flags!, projection!
 SKY = 124  # out (rgb), direction, image!, table of parameters!, kind!
 
+IES = 125  # out, direction, strength, table!: see ies
+
 TEXTURE_MAPPING = 130  # out (vector), vector, table of the matrix!, normalize!
