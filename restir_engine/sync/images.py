@@ -18,7 +18,7 @@ import numpy as np
 from ..scene.images import srgb_decode
 from .image_headers import FileAlpha, file_alpha
 from .multilayer import first_layer
-from .working_space import REC709, working_space
+from .working_space import REC709, to_scene_linear, working_space
 
 _ENCODED = "sRGB"
 _RAW = "Non-Color"
@@ -259,7 +259,7 @@ def _converted(values: np.ndarray, name: str, associate: bool, unassociate: bool
     part = (alpha > 0.0) & (alpha < 1.0) if unassociate and not associate else np.zeros(alpha.shape, bool)
     divided = np.divide(values, alpha, out=values.copy(), where=part)
     divided[..., 3:] = alpha
-    result = _to_scene_linear(divided, name)
+    result = _finite(to_scene_linear(divided, name))
     if associate:
         result[..., :3] *= alpha
     else:
@@ -298,30 +298,3 @@ def _fill_channels(source, count: int) -> np.ndarray | None:
     if channels in (2, 4):
         values[:, 3] = given[:, -1]
     return values.ravel()
-
-
-def _to_scene_linear(values: np.ndarray, name: str) -> np.ndarray:
-    """Colours converted from the colour space `name` by Blender: it converts float files when it loads them."""
-    height, width = values.shape[:2]
-    opaque = values.copy()
-    opaque[..., 3] = 1.0
-    with tempfile.TemporaryDirectory() as folder:
-        path = str(Path(folder) / "colours.exr")
-        raw = bpy.data.images.new("colours", width, height, alpha=True, float_buffer=True, is_data=True)
-        try:
-            raw.pixels.foreach_set(opaque.ravel())
-            raw.filepath_raw = path
-            raw.file_format = "OPEN_EXR"
-            raw.save()
-        finally:
-            bpy.data.images.remove(raw)
-        loaded = bpy.data.images.load(path, check_existing=False)
-        try:
-            loaded.colorspace_settings.name = name
-            result = np.empty(opaque.size, np.float32)
-            loaded.pixels.foreach_get(result)
-        finally:
-            bpy.data.images.remove(loaded)
-    result = result.reshape(height, width, 4)
-    result[..., 3] = values[..., 3]
-    return _finite(result)

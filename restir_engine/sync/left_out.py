@@ -24,7 +24,6 @@ SCENE = (
     LeftOut("render.use_multiview", "stereoscopy is left out: all views are the camera's"),
     LeftOut("render.use_freestyle", "Freestyle lines are left out"),
     LeftOut("cycles.use_fast_gi", "Fast GI is left out: indirect light is traced"),
-    LeftOut("cycles.use_pixel_jitter", "samples are spread over the pixel, whatever Pixel Jitter is", False.__eq__),
     LeftOut("cycles.shading_system", "Open Shading Language is left out"),
 )
 WHEN_SIMPLIFIED = (

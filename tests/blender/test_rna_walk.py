@@ -63,6 +63,7 @@ REASONS = {
     "Scene.cycles.min_transparent_bounces": "when roulette begins: noise alone",
     "Scene.cycles.volume_biased": "media are the same everywhere here",
     "Scene.cycles.debug_use_compact_bvh": "rounding of intersections",
+    "Scene.cycles.use_pixel_jitter": "how samples are spread over the pixel: noise alone",
     "Scene.cycles.tile_size": "noise alone",
 }
 # Of those that are read: they are warned of, or change how the world is sampled, which needs more than two samples.
