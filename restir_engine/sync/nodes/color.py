@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from ...kernels.shading import opcodes as ops
@@ -10,6 +12,7 @@ from .registry import node
 from .spectra import BLACKBODY_FITS, WAVELENGTHS, wavelength_colors
 
 TABLE_STEPS = 256  # Cycles samples ramps and curves at this many intervals
+_STEPS = np.arange(TABLE_STEPS + 1) / TABLE_STEPS
 
 
 @node("ShaderNodeMixRGB")
@@ -20,11 +23,20 @@ def mix_rgb(c, node):
 @node("ShaderNodeValToRGB")
 def color_ramp(c, node):
     ramp = node.color_ramp
-    table = [ramp.evaluate(step / TABLE_STEPS) for step in range(TABLE_STEPS + 1)]
-    out = c.allocate(4)
+    table, out = _ramp_table(ramp), c.allocate(4)
     interpolated = ramp.interpolation != "CONSTANT"
-    c.emit(ops.RAMP, out, c.table(np.array(table)), len(table), interpolated, c.value(node, "Fac"))
+    c.emit(ops.RAMP, out, c.table(table), len(table), interpolated, c.value(node, "Fac"))
     return {"Color": out, "Alpha": out + 3}
+
+
+def _ramp_table(ramp) -> np.ndarray:
+    """A colour ramp at TABLE_STEPS intervals, rgba; asking Blender for each takes 50 times as long as drawing lines."""
+    if ramp.interpolation == "LINEAR" and ramp.color_mode == "RGB":
+        stops = [(stop.position, *stop.color) for stop in ramp.elements]
+        positions, *channels = zip(*stops, strict=True)
+        if all(a < b for a, b in itertools.pairwise(positions)):
+            return np.column_stack([np.interp(_STEPS, positions, channel) for channel in channels])
+    return np.array([ramp.evaluate(step) for step in _STEPS.tolist()])
 
 
 def _sampled(mapping, curves) -> tuple[np.ndarray, float, float]:

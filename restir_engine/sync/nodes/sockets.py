@@ -28,13 +28,16 @@ _places: dict[tuple[str, int], int] = {}
 
 def find_socket(sockets, name: str) -> bpy.types.NodeSocket | None:
     """The socket with this identifier (even one that a mode hides), else the first enabled one with this name."""
-    place = _places.get((name, len(sockets)), -1)
-    if place >= 0 and sockets[place].identifier == name:
-        return sockets[place]
+    count = len(sockets)
+    place = _places.get((name, count), -1)
+    if place >= 0:
+        socket = sockets[place]
+        if socket.identifier == name:
+            return socket
     by_name = None
     for index, socket in enumerate(sockets):
         if socket.identifier == name:
-            _places[name, len(sockets)] = index
+            _places[name, count] = index
             return socket
         if socket.name == name and by_name is None and socket.enabled:
             by_name = socket
@@ -53,6 +56,8 @@ class Links:
         self._by_tree: dict[int, dict[int, bpy.types.NodeLink]] = {}
 
     def into(self, socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:
+        if not socket.is_linked:
+            return None
         tree = socket.id_data
         links = self._by_tree.get(tree.as_pointer())
         if links is None:

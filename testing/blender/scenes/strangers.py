@@ -96,7 +96,7 @@ def deep_images():
     with tempfile.TemporaryDirectory() as folder:
         for mode in ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"):
             path = Path(folder) / f"{mode}.png"
-            write_png(path, (0.8, 0.5, 0.2, 0.3), 16)
+            write_png(path, (0.4, 0.25, 0.15, 0.5), 16)
             image = bpy.data.images.load(str(path))
             image.alpha_mode = mode
             image.pack()
@@ -108,7 +108,7 @@ def deep_images():
 
             materials.append(kit.material(build))
     kit.floor()
-    kit.row(materials, "cube")
+    kit.row(materials, "cube", 4.4)
     kit.lamp()
 
 
