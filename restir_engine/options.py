@@ -193,8 +193,13 @@ SCENE_OPTIONS: dict[str, Option] = {
         "path of one pixel becomes one of another",
         choices=(
             ("NONE", "None", "Each pixel on its own"),
-            ("AUTO", "Automatic", "What measures best: Reconnection"),
-            ("RECONNECTION", "Reconnection", "The exit is kept: no rays. Best where pixels are small"),
+            ("AUTO", "Automatic", "What measures best: Reconnection, or Hybrid with Reuse in Time"),
+            (
+                "RECONNECTION",
+                "Reconnection",
+                "The exit is kept: no rays. Measured in close-ups: 0.3 to 0.6 of the error at equal samples, about "
+                "that of path tracing in the same time. Not with Reuse in Time: bright dots stay",
+            ),
             ("DELAYED", "Delayed Reconnection", "The exit is looked for again, the light is kept: two rays a path"),
             ("HYBRID", "Hybrid", "The former for exits that are far away, else the latter"),
             ("SEQUENTIAL", "Sequential", "A round of each"),

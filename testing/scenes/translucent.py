@@ -107,7 +107,7 @@ def large_light(b: Builder) -> None:
 def shadow(b: Builder) -> None:
     """A ball on which a card's sharp shadow ends."""
     _ball(b)
-    b.add(QUAD, diffuse((0.2, 0.2, 0.2)), scaled(matrix((-0.9, -1.4, 0.9), (-0.5, -1.0, 0.5)), 0.5, 0.9, 1.0), UNSEEN)
+    b.add(QUAD, diffuse((0.2, 0.2, 0.2)), scaled(matrix((-0.55, -1.4, 1.25), (-0.5, -1.0, 0.5)), 0.5, 0.9, 1.0), UNSEEN)
     b.lamp(point_lamp(matrix((-1.6, -3.2, 1.8)), 120.0 * np.ones(3), 0.03, seen_by=UNSEEN))
 
 

@@ -15,7 +15,7 @@ from ...base import Tile
 from ...resampling.frame import Frame
 from ...resampling.reuse import Reuse
 from .candidates import subsurface_candidates_tile
-from .row import AUTO, subsurface_techniques
+from .row import AUTO, AUTO_IN_TIME, subsurface_techniques
 from .sample import POINT, SUBSURFACE_RESERVOIR
 from .shade import add_light, go_on
 
@@ -30,7 +30,9 @@ class SubsurfaceLayer:
     def __init__(self, settings: RenderSettings) -> None:
         self._codes = exits_entries(settings.sss_method)
         self.shading = add_light.address, go_on.address
-        shift = AUTO if settings.sss_shift == "AUTO" else settings.sss_shift
+        shift = settings.sss_shift
+        if shift == "AUTO":
+            shift = AUTO_IN_TIME if settings.sss_temporal else AUTO
         first, *later = subsurface_techniques(shift)
         options = replace(
             settings.reuse, rounds=1 + len(later), temporal=settings.sss_temporal, by_channel=False, pattern="DISK",

@@ -17,7 +17,8 @@ SHIFTS: dict[str, tuple[dict[str, Entry], ...]] = {
     "SEQUENTIAL": ({"shift": reconnect, "merge": redraw_numbers}, {"shift": replay}),
     "SEQUENTIAL_FAST": ({"shift": reconnect, "merge": redraw_line}, {"shift": replay_any_hit}),
 }
-AUTO = "RECONNECTION"  # what AUTO stands for
+# What AUTO stands for, without and with reuse in time: see docs/results/restir-sss.md.
+AUTO, AUTO_IN_TIME = "RECONNECTION", "HYBRID"
 
 
 def subsurface_techniques(shift: str) -> list[np.ndarray]:
