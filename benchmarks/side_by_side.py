@@ -37,6 +37,7 @@ class Build:
 
     def __init__(self, checkout: Path, blend: Path, cache: Path) -> None:
         environment = os.environ | {"PYTHONPATH": str(checkout), "RESTIR_CACHE": str(cache)}
+        environment["RESTIR_WORKER"] = "1"  # kernels are compiled in the process that is measured
         command = [sys.executable, "-W", "ignore", str(ROOT / "benchmarks" / "turns.py"), str(blend)]
         self._process = subprocess.Popen(
             command, env=environment, cwd=checkout, text=True,

@@ -72,6 +72,7 @@ def compilation() -> dict:
             if self._inner:
                 self._inner[-1] += total
 
+    os.environ["RESTIR_WORKER"] = "1"  # so that kernels are compiled in this process
     listener = Listener()
     event.register("numba:compile", listener)
     render.register()
