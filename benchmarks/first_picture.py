@@ -37,8 +37,8 @@ def save_scene(name: str, path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
 
 
-def first_picture(build: Path, scene: str) -> dict[str, float]:
-    """What the first picture took in this process; build: a zip or a checkout."""
+def first_picture(build: Path, scene: str, integrator: str) -> dict[str, float]:
+    """What the first picture took in this process; build: a zip or a checkout; integrator: "" for the default."""
     import addon_utils
 
     with tempfile.TemporaryDirectory() as folder:
@@ -46,9 +46,12 @@ def first_picture(build: Path, scene: str) -> dict[str, float]:
         if build.suffix == ".zip":
             bpy.ops.extensions.package_install_files(filepath=str(build), repo="user_default", enable_on_install=False)
         else:
-            (Path(folder) / "restir_engine").symlink_to(build, target_is_directory=True)
+            link = Path(os.environ["XDG_CACHE_HOME"]) / "extensions" / "restir_engine"
+            if not link.exists():
+                link.parent.mkdir(parents=True, exist_ok=True)
+                link.symlink_to(build, target_is_directory=True)
             user = next(r for r in bpy.context.preferences.extensions.repos if r.module == "user_default")
-            user.use_custom_directory, user.custom_directory = True, folder
+            user.use_custom_directory, user.custom_directory = True, str(link.parent)
             addon_utils.modules_refresh()
         assert addon_utils.enable(NAME, default_set=True)
         bpy.ops.wm.open_mainfile(filepath=str(Path(folder) / "scene.blend"))
@@ -56,6 +59,7 @@ def first_picture(build: Path, scene: str) -> dict[str, float]:
         bpy.context.scene.render.engine = "RESTIR"
         own = bpy.context.scene.restir
         own.is_initialized, own.samples, own.use_denoising = True, 1, False
+        own.integrator = integrator or own.integrator
         bpy.ops.render.render()
         wall = time.perf_counter() - start
     pages = int(Path("/proc/self/statm").read_text().split()[1])
@@ -67,11 +71,11 @@ def first_picture(build: Path, scene: str) -> dict[str, float]:
     return {"wall": wall, "processor": processor, "memory": pages * os.sysconf("SC_PAGE_SIZE") / 2**20}
 
 
-def measure(build: Path, scene: str, cache: str) -> dict[str, float]:
+def measure(build: Path, scene: str, integrator: str, cache: str) -> dict[str, float]:
     """The same in a process of its own; cache: where kernels are kept, and Blender's folders of a user."""
     environment = os.environ | {"XDG_CACHE_HOME": cache, "BLENDER_USER_RESOURCES": cache}
     environment.pop("RESTIR_CACHE", None)
-    command = [sys.executable, "-m", "benchmarks.first_picture", "--inside", str(build), scene]
+    command = [sys.executable, "-m", "benchmarks.first_picture", "--inside", str(build), scene, integrator]
     lines = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     return json.loads(lines.splitlines()[-1])
 
@@ -82,10 +86,11 @@ def main() -> None:
     parser.add_argument("--zip", type=Path, help="an installed zip in place of this checkout")
     parser.add_argument("--against", type=Path, help="a checkout to measure beside")
     parser.add_argument("--scenes", nargs="+", default=SCENES, choices=SCENES)
-    parser.add_argument("--inside", nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--integrator", default="", choices=("", "PATH", "RESTIR"), help="in place of the default")
+    parser.add_argument("--inside", nargs=3, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.inside:
-        print("\n" + json.dumps(first_picture(Path(options.inside[0]), options.inside[1])), flush=True)
+        print("\n" + json.dumps(first_picture(Path(options.inside[0]), *options.inside[1:])), flush=True)
         os._exit(0)  # Blender as a module may hang when it is taken down
     builds = {"zip" if options.zip else "this": options.zip or ROOT}
     if options.against:
@@ -94,8 +99,8 @@ def main() -> None:
     for scene in options.scenes:
         for label, build in builds.items():
             with tempfile.TemporaryDirectory() as cache:
-                for state in ("empty", "warm"):
-                    took = measure(build.resolve(), scene, cache)
+                for state in ("empty",) if label == "zip" else ("empty", "warm"):
+                    took = measure(build.resolve(), scene, options.integrator, cache)
                     figures = f"{took['wall']:.1f} | {took['processor']:.1f} | {took['memory']:.0f}"
                     print(f"| {scene} | {label} | {state} | {figures} |", flush=True)
 
