@@ -5,12 +5,12 @@ import bpy
 from . import data_panels, material_panels, preferences, render_panels
 from .shared import set_compatible
 
-CLASSES = (*preferences.CLASSES, *render_panels.CLASSES, *material_panels.CLASSES, *data_panels.CLASSES)
+CLASSES = (*render_panels.CLASSES, *material_panels.CLASSES, *data_panels.CLASSES)
 
 
 def register() -> None:
     """Add the panels."""
-    for cls in CLASSES:
+    for cls in (*preferences.CLASSES, *CLASSES):
         if not cls.is_registered:
             bpy.utils.register_class(cls)
     set_compatible(True)
@@ -21,6 +21,6 @@ def unregister() -> None:
     """Take them away."""
     preferences.end()
     set_compatible(False)
-    for cls in reversed(CLASSES):
+    for cls in reversed((*preferences.CLASSES, *CLASSES)):
         if cls.is_registered:
             bpy.utils.unregister_class(cls)

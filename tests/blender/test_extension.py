@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import addon_utils
 import bpy
@@ -150,6 +151,30 @@ def test_a_new_scene_has_the_integrator_that_chooses_and_the_noise_threshold_of_
     scene.cycles.use_adaptive_sampling = False
     bpy.ops.restir.settings_from_cycles()
     assert not own.use_adaptive_sampling
+
+
+def test_compiling_in_the_background_follows_its_preference(extension, monkeypatch, tmp_path):
+    """It begins with the integrator of the open scene, ends when it is switched off, and is done once."""
+    background = sys.modules[NAME + ".restir_engine.background"]
+    monkeypatch.setenv("RESTIR_CACHE", str(tmp_path))
+    store = background.cache.Store(tmp_path / "kernels", None, None)
+    monkeypatch.setattr(background.cache._Current, "store", store)
+    started, ended = [], []
+    process = SimpleNamespace(terminate=lambda: ended.append(True), wait=lambda: None)
+    monkeypatch.setattr(
+        background.workers, "start", lambda arguments, idle, **streams: started.append((arguments, idle)) or process
+    )
+    preferences = bpy.context.preferences.addons[NAME].preferences
+    assert preferences.compile_in_background and background.Background.process is None  # nobody sits before a window
+    bpy.context.scene.restir.integrator = "PATH"
+    preferences.compile_in_background = True
+    arguments, idle = started[0]
+    assert idle and {"--all", "--first=integrators.path"} < set(arguments)
+    preferences.compile_in_background = False
+    assert ended and background.Background.process is None
+    store.write(background.note(), b"")
+    preferences.compile_in_background = True
+    assert len(started) == 1
 
 
 def test_diagnostics_name_versions(extension):
