@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import bpy
 import numpy as np
 
 # Watt of a lamp that sends out a candela everywhere, at 177.83 lm/W: the luminous efficacy of D65, as Cycles has it.
@@ -21,12 +22,21 @@ def ies_table(text: str) -> np.ndarray | None:
     if found is None:
         return None
     horizontal, vertical, values = found
-    full = vertical[0] == 0.0, vertical[-1] == 180.0
-    below, above = (values[:, 1] if full[0] else values[:, 0]), (values[:, -2] if full[1] else values[:, -1])
-    values = np.column_stack([below, values, above])
-    values = np.vstack([values[-2], values, values[1]])
+    values = _with_ends(values, vertical[0] == 0.0)
     angles = np.radians(np.concatenate([horizontal, vertical]))
     return np.concatenate([[len(horizontal), len(vertical)], angles, values.ravel()]).astype(np.float32)
+
+
+def _with_ends(values: np.ndarray, from_pole: bool) -> np.ndarray:
+    """One more row and column at each end, for the cubic interpolation: through the lower pole as on the other side.
+
+    Elsewhere Cycles means to go round too, but its test for the last angle fails by rounding: it takes what it falls
+    back to, which was 0 before Blender 5.
+    """
+    kept = 1.0 if bpy.app.version >= (5, 0, 0) else 0.0
+    below = values[:, 1] if from_pole else kept * values[:, 0]
+    values = np.column_stack([below, values, kept * values[:, -1]])
+    return np.vstack([kept * values[0], values, kept * values[-2]])
 
 
 def _read(text: str) -> tuple[int, np.ndarray, np.ndarray, np.ndarray] | None:
