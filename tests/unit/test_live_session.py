@@ -78,7 +78,8 @@ def test_frames_in_motion_resample_the_one_before(live):
         live.show(scene, settings, view(0))
         live.wait(300.0)
     history = live._history[True]
-    assert history.serves(in_motion(settings).reuse)
+    moving = in_motion(settings)
+    assert history.serves((moving.reuse, moving.sss_shift, moving.sss_method))
     assert history.before.frame.reservoirs["confidence"].max() > 1.0
 
 
