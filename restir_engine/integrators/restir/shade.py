@@ -1,13 +1,12 @@
 """The last steps of a frame: a reservoir's light is added, the path goes on, and the film takes the frame in."""
 
 from ...kernels.core.jit import inlined, kernel
-from ...kernels.core.memory import call_entry, call_for_outcome, copy_words, record_address
+from ...kernels.core.memory import call_entry, call_for_outcome, record_address
 from ...kernels.core.records import (
     CAMERA,
     FILM,
     INTEGRATOR,
     SCENE,
-    SCRATCH_CLOSURES,
     SCRATCH_PATH,
     path_at,
     shading_point_at,
@@ -19,12 +18,11 @@ from ...kernels.film.frame_pixels import add_pixels
 from ...kernels.geometry.intersect import put_nearest
 from ...kernels.lobes.classes import lobe_sum
 from ...kernels.path.state import ARRIVES, COUNTED, ENTERS, GOES_ON
-from ...kernels.volume.calls import media_around
 from ..path.bounce import bounce
 from ..path.trace import trace_path
 from ..resampling.frame import FRAME, UNTRACED, hit_at
 from ..resampling.inputs import load_light
-from .gbuffer import CLOSURE_WORDS, PATH_WORDS, POINT_WORDS
+from ..resampling.vertex import take_up
 
 
 @inlined
@@ -47,17 +45,10 @@ def shade_tile(
     for y in range(y0, y1):
         for x in range(x0, x1):
             index = y * frame.width + x
-            kept = shading_point_at(frame.points, index)
-            if kept.instance < 0:
+            if shading_point_at(frame.points, index).instance < 0:
                 continue
             sp = tile_point(scratch)
-            copy_words(record_address(path), record_address(path_at(frame.paths, index)), PATH_WORDS)
-            registers = sp.registers
-            copy_words(scratch + SCRATCH_CLOSURES, kept.closures, CLOSURE_WORDS * kept.n_closures)
-            copy_words(record_address(sp), record_address(kept), POINT_WORDS)
-            sp.closures = scratch + SCRATCH_CLOSURES
-            sp.registers = registers
-            media_around(scene, integrator, scratch, path, sp)
+            take_up(scene, integrator, frame, scratch, path, sp, index)
             _add_light(integrator, film, path, frame, index)
             if companion != 0:
                 call_entry(add_light, record_address(integrator), record_address(film), companion, scratch, index)

@@ -28,6 +28,15 @@ POSITION_ERROR = 16.0 * 2.0**-24
 
 
 @inlined
+def _corner_and_edges(mesh, primitive):
+    """The first corner of a triangle and the edges to the two others, in object space."""
+    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
+    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
+    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
+    return a, ab, ac
+
+
+@inlined
 def surface_point(scene, sp, instance, primitive, u, v, t, d):
     """Fill the geometry of `sp` at barycentrics (u, v) of a triangle that a ray along d (unit) hit at distance t.
 
@@ -35,9 +44,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     """
     placed = instance_at(scene.instances, instance)
     mesh = mesh_at(scene.meshes, placed.mesh)
-    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
-    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
-    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
+    a, ab, ac = _corner_and_edges(mesh, primitive)
     p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
     ab_world = transform_vector(placed.to_world, ab)
     ac_world = transform_vector(placed.to_world, ac)
@@ -89,9 +96,7 @@ def triangle_place(scene, instance, primitive, u, v):
     """(place of barycentrics (u, v) of a triangle, normal by the mesh's winding, twice the area), in the world."""
     placed = instance_at(scene.instances, instance)
     mesh = mesh_at(scene.meshes, placed.mesh)
-    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
-    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
-    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
+    a, ab, ac = _corner_and_edges(mesh, primitive)
     p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
     area = length(cross(transform_vector(placed.to_world, ab), transform_vector(placed.to_world, ac)))
     return p, normalize(transform_normal(placed.to_object, cross(ab, ac))), area
@@ -102,9 +107,7 @@ def hit_normal(scene, instance, primitive, u, v, d):
     """The shading normal (unit) where a ray along d hit a triangle, on the ray's side."""
     placed = instance_at(scene.instances, instance)
     mesh = mesh_at(scene.meshes, placed.mesh)
-    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
-    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
-    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
+    _, ab, ac = _corner_and_edges(mesh, primitive)
     ng = normalize(transform_normal(placed.to_object, cross(ab, ac)))
     n = normalize(transform_normal(placed.to_object, object_normal(mesh, primitive, u, v)))
     n = ng if is_black(n) else n

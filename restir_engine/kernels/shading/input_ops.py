@@ -278,29 +278,33 @@ def _by_camera(kind, matrix, v):
     return normalize(q) if kind == 2 else q
 
 
+@inlined
+def _by_owner(kind, owner, back, v):
+    """v by the matrix of an instance or a lamp; back: from the world to it."""
+    if back:
+        return _transform(kind, owner.to_object, owner.to_world, v)
+    return _transform(kind, owner.to_world, owner.to_object, v)
+
+
+@device
+def _by_object(scene, sp, kind, back, v):
+    """v between the space of what is at sp and the world; the world's own space is that of the world's background."""
+    if sp.instance >= 0:
+        return _by_owner(kind, instance_at(scene.instances, sp.instance), back, v)
+    return _by_owner(kind, light_at(scene.lights, sp.light), back, v) if sp.light >= 0 else v
+
+
 @device
 def _to_world(scene, sp, kind, space, v):
     if space == 2:
         return _by_camera(kind, camera_at(scene.camera, 0).to_world, (v[0], v[1], -v[2]))
-    if space == 1 and sp.instance >= 0:
-        instance = instance_at(scene.instances, sp.instance)
-        return _transform(kind, instance.to_world, instance.to_object, v)
-    if space == 1 and sp.light >= 0:
-        light = light_at(scene.lights, sp.light)
-        return _transform(kind, light.to_world, light.to_object, v)
-    return v
+    return _by_object(scene, sp, kind, False, v) if space == 1 else v
 
 
 @device
 def _from_world(scene, sp, kind, space, v):
-    if space == 1 and sp.instance >= 0:
-        instance = instance_at(scene.instances, sp.instance)
-        return _transform(kind, instance.to_object, instance.to_world, v)
-    if space == 1 and sp.light >= 0:
-        light = light_at(scene.lights, sp.light)
-        return _transform(kind, light.to_object, light.to_world, v)
     if space != 2:
-        return v
+        return _by_object(scene, sp, kind, True, v) if space == 1 else v
     q = _by_camera(kind, camera_at(scene.camera, 0).to_camera, v)
     return (q[0], q[1], -q[2])
 

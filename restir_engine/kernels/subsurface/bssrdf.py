@@ -11,7 +11,7 @@ import numpy as np
 from ..core.jit import device, inlined
 from ..core.memory import load_f64, load_i64, record_at, store_f64, store_i64
 from ..core.records import shared_area
-from ..core.vec import dot, load3_f64, mul, scale, store3_f64, sub, vec
+from ..core.vec import dot, load3_f64, mul, put, scale, store3_f64, sub, vec
 from .cycles_burley import cycles_kernel
 from .method_table import NOTE_HIT, OVERFLOWS
 from .probe import (
@@ -88,25 +88,17 @@ def channel_shares(weight):
     return scale(weight, s)
 
 
-@inlined
-def put_rgb(field, v):
-    """Store a tuple in a float32 (3,) field."""
-    field[0] = v[0]
-    field[1] = v[1]
-    field[2] = v[2]
-
-
 @device
 def start_bssrdf(b, sp, kind, weight, d, sampled, thickness):
     """What all kinds have; thickness: of the object below `sp`, about; in a thin one lines meet half way through."""
-    put_rgb(b.p, vec(sp.p))
-    put_rgb(b.n, vec(sp.ng))
+    put(b.p, vec(sp.p))
+    put(b.n, vec(sp.ng))
     b.kind = kind
     b.instance = sp.instance
     b.side = -1.0 if sp.backfacing else 1.0
-    put_rgb(b.weight, weight)
-    put_rgb(b.d, d)
-    put_rgb(b.sampled, sampled)
+    put(b.weight, weight)
+    put(b.d, d)
+    put(b.sampled, sampled)
     b.thickness = thickness
     z = _DEEP * dot(channel_shares(weight), sampled)
     b.depth = min(z, max(0.5 * thickness, _SHALLOW * z))

@@ -9,10 +9,10 @@ import math
 from ..core import rng
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_i64
-from ..core.records import closure_at, film_at, integrator_at, path_in, point_in, scene_at
+from ..core.records import closure_at, integrator_at, path_in, point_in, scene_at
 from ..core.vec import dot, mul, vec
 from ..lobes.closure import P_ANISOTROPY, P_BURLEY, P_LENGTH
-from ..path.state import DIMENSIONS, ENDS, FAR
+from ..path.state import DIMENSIONS, FAR
 from .albedo import similar, total_albedo
 from .bssrdf import (
     BSSRDF_ALONE,
@@ -26,7 +26,7 @@ from .bssrdf import (
     weigh_hits,
 )
 from .entry import enter
-from .exits import amount, light_exits
+from .exits import amount, light_found
 from .method_table import ALBEDOS, CYCLES_BURLEY, FLAGS
 from .scales import channels, profile_scales
 
@@ -61,11 +61,12 @@ def _medium(c, table, throughput, mu):
 
 
 @device
-def probed_exits(scene, integrator, scratch, path, sp, wanted):
+def probed_exits(scene, integrator, scratch, wanted):
     """Fill the scratch's BSSRDF, and exits from one probe if `wanted`; how many, -1: no light enters.
 
     The exits' weights contain path.throughput.
     """
+    scene, integrator, path, sp = scene_at(scene, 0), integrator_at(integrator, 0), path_in(scratch), point_in(scratch)
     n = vec(sp.ng)
     c = closure_at(sp.closures, sp.scatterer)
     table = integrator.scatter
@@ -98,14 +99,10 @@ def probed_exits(scene, integrator, scratch, path, sp, wanted):
 @outcome_entry
 def diffusion(scene, integrator, film, scratch, _):
     """The method of kernels.subsurface.methods."""
-    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
-    path, sp = path_in(scratch), point_in(scratch)
-    found = probed_exits(scene, integrator, scratch, path, sp, EXITS)
-    return light_exits(scene, integrator, film, scratch, path, sp, found) if found > 0 else ENDS
+    return light_found(scene, integrator, film, scratch, probed_exits(scene, integrator, scratch, EXITS))
 
 
 @outcome_entry
 def diffusion_exits(scene, integrator, film, scratch, wanted):
     """The method's exits, for who lights them himself (see kernels.subsurface.methods)."""
-    path, sp = path_in(scratch), point_in(scratch)
-    return probed_exits(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, sp, wanted)
+    return probed_exits(scene, integrator, scratch, wanted)

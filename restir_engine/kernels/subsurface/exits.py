@@ -9,6 +9,7 @@ irradiance cache has lit, if there is one, is no candidate.
 from ..core import rng
 from ..core.jit import device, inlined
 from ..core.memory import call_entry, load_f64, load_i64, record_address, store_f64
+from ..core.records import film_at, integrator_at, path_in, point_in, scene_at
 from ..core.vec import load3_f64, mul, put, scale, store3_f64
 from ..film.contribute import first_scattering, lit_at_exit
 from ..lights import light_is_sampled, note_choice
@@ -137,6 +138,13 @@ def choose_exit(scratch, n, total, u):
             chosen = k
         left -= a
     return chosen
+
+
+@inlined
+def light_found(scene, integrator, film, scratch, n):
+    """`light_exits` by addresses: the tile's path and point; the path ends where there are no exits."""
+    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
+    return light_exits(scene, integrator, film, scratch, path_in(scratch), point_in(scratch), n) if n > 0 else ENDS
 
 
 @device

@@ -18,11 +18,11 @@ from ..core import rng
 from ..core.fastmath import exp, log
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_i64
-from ..core.records import closure_at, film_at, integrator_at, path_in, point_in, scene_at
-from ..core.vec import dot, madd, max3, mul, neg, scale, vec
+from ..core.records import closure_at, integrator_at, path_in, point_in, scene_at
+from ..core.vec import dot, madd, max3, mul, neg, put, scale, vec
 from ..geometry.local import hit_normal, local_intersect
 from ..lobes.closure import P_ANISOTROPY
-from ..path.state import ENDS, FAR, next_after
+from ..path.state import FAR, next_after
 from .albedo import shape_factors, similar, single_albedo, slab_albedos, total_albedo
 from .bssrdf import (
     BSSRDF_ALONE,
@@ -34,13 +34,12 @@ from .bssrdf import (
     channel_shares,
     note_choice_of,
     probe_bssrdf,
-    put_rgb,
     start_bssrdf,
     weigh_hits,
 )
 from .diffusion import DIM_CHANNEL, DIM_LINE
 from .entry import enter
-from .exits import exit_at, light_exits, put_exit
+from .exits import exit_at, light_found, put_exit
 from .method_table import ALBEDOS, ANALOG_ESCAPE, FLAGS, THICKNESS_AWARE
 from .phase import around, hg, hg_sample
 from .scales import channels, far_share, profile_scales
@@ -219,21 +218,22 @@ def _fill(scene, table, scratch, sp, weight, part, sigma_t, alpha, g, mu, thickn
     sampled = (d0 * _sampled(a0, b0), d1 * _sampled(a1, b1), d2 * _sampled(a2, b2))
     b = bssrdf_in(scratch)
     start_bssrdf(b, sp, MULTIPLE_OF_SLAB if aware else MULTIPLE, mul(weight, part), (d0, d1, d2), sampled, thickness)
-    put_rgb(b.single, (s0, s1, s2))
-    put_rgb(b.share, (p0, p1, p2))
-    put_rgb(b.near, (n0, n1, n2))
-    put_rgb(b.far, (f0, f1, f2))
-    put_rgb(b.wide_near, (a0, a1, a2))
-    put_rgb(b.wide_far, (b0, b1, b2))
-    put_rgb(b.bend, (c0, c1, c2))
+    put(b.single, (s0, s1, s2))
+    put(b.share, (p0, p1, p2))
+    put(b.near, (n0, n1, n2))
+    put(b.far, (f0, f1, f2))
+    put(b.wide_near, (a0, a1, a2))
+    put(b.wide_far, (b0, b1, b2))
+    put(b.bend, (c0, c1, c2))
 
 
 @device
-def traced_exits(scene, integrator, scratch, path, sp, wanted):
+def traced_exits(scene, integrator, scratch, wanted):
     """Fill the scratch's BSSRDF and exits, as `wanted`: first those of the probe; how many, -1: no light enters.
 
     The exits' weights contain path.throughput.
     """
+    scene, integrator, path, sp = scene_at(scene, 0), integrator_at(integrator, 0), path_in(scratch), point_in(scratch)
     c = closure_at(sp.closures, sp.scatterer)
     table = integrator.scatter
     weight, sigma_t, alpha = channels(c, vec(path.throughput))
@@ -286,16 +286,12 @@ def traced_exits(scene, integrator, scratch, path, sp, wanted):
 
 
 @outcome_entry
-def hybrid(scene, integrator, film, scratch, _):
-    """The method of kernels.subsurface.methods."""
-    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
-    path, sp = path_in(scratch), point_in(scratch)
-    n = traced_exits(scene, integrator, scratch, path, sp, EXITS)
-    return light_exits(scene, integrator, film, scratch, path, sp, n) if n > 0 else ENDS
+def hybrid_exits(scene, integrator, film, scratch, wanted):
+    """The method's exits, for who lights them himself (see kernels.subsurface.methods)."""
+    return traced_exits(scene, integrator, scratch, wanted)
 
 
 @outcome_entry
-def hybrid_exits(scene, integrator, film, scratch, wanted):
-    """The method's exits, for who lights them himself (see kernels.subsurface.methods)."""
-    path, sp = path_in(scratch), point_in(scratch)
-    return traced_exits(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, sp, wanted)
+def hybrid(scene, integrator, film, scratch, _):
+    """The method of kernels.subsurface.methods."""
+    return light_found(scene, integrator, film, scratch, traced_exits(scene, integrator, scratch, EXITS))

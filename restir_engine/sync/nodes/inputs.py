@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ...kernels.shading import opcodes as ops
@@ -48,14 +50,16 @@ def _light_path(c, name: str) -> int:
     return c.once(("light path", name), read)
 
 
-@unlinked("Normal", "Coat Normal", "Clear Coat Normal")
-def default_normal(c, node) -> int:
-    return point(c, ops.POINT_NORMAL)
+def _stands_for(opcode: int) -> Callable:
+    return lambda c, node: point(c, opcode)
 
 
-@unlinked("Tangent")
-def default_tangent(c, node) -> int:
-    return point(c, ops.POINT_TANGENT)
+for _opcode, _names in {
+    ops.POINT_NORMAL: ("Normal", "Coat Normal", "Clear Coat Normal", "Direction"),
+    ops.POINT_TANGENT: ("Tangent",),
+    ops.POINT_POSITION: ("Position",),
+}.items():
+    unlinked(*_names)(_stands_for(_opcode))
 
 
 @unlinked("Vector")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from ...kernels.shading import opcodes as ops
-from .inputs import point
-from .registry import node, unlinked
+from .registry import node
 
 
 @node("ShaderNodeAmbientOcclusion")
@@ -22,16 +21,6 @@ def ambient_occlusion(c, node):
         return out
 
     return {"AO": free, "Color": color}
-
-
-@unlinked("Position")
-def default_position(c, node) -> int:
-    return point(c, ops.POINT_POSITION)
-
-
-@unlinked("Direction")
-def default_direction(c, node) -> int:
-    return point(c, ops.POINT_NORMAL)
 
 
 @node("ShaderNodeRaycast")

@@ -8,7 +8,7 @@ from ....kernels.path.state import DIM_FIRST_VERTEX, GOES_ON, SHADES
 from ...path.bounce import bounce
 from ...path.trace import trace_ray
 from ...path.vertex import arrive
-from .pixel import take_up
+from ...resampling.vertex import take_up
 from .walk import WORK_INTEGRATOR, WORK_PIXEL, bounce_pdf, connects, note_bounce, start_walk
 
 _ENDLESS = 1 << 40

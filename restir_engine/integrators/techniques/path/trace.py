@@ -42,8 +42,8 @@ from ...resampling.frame import FRAME
 from ...resampling.inputs import point_at, reservoirs_of, store_indirect, store_light
 from ...resampling.options import INDIRECT_PATHS, reuse_at
 from ...resampling.reservoir import INDIRECT, clear, contribution_weight, copy_reservoir, reservoir_at
+from ...resampling.vertex import take_up
 from .collect import reconnect_here, take_light_sample
-from .pixel import take_up
 from .sample import MOST_VERTICES, path_reservoir_at
 from .walk import kept_of, note_bounce, start_walk, walk_of
 

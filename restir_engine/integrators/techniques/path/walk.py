@@ -106,12 +106,9 @@ def start_walk(walk, reuse, sp):
     cosine = max(abs(dot(vec(sp.n), vec(sp.wo))), 1e-3)
     walk.footprint = reuse.footprint * 0.01 * 4.0 * math.pi * sp.t * sp.t / cosine
     walk.largest_pdf = 1.0 / math.sqrt(reuse.connect_roughness)
-    walk.pdf = 0.0
-    walk.label_pdf = 0.0
-    walk.tag = 0
-    walk.tags = 0
+    walk.pdf = walk.label_pdf = 0.0
+    walk.tag = walk.tags = walk.k = 0
     walk.source = NOT_FOUND
-    walk.k = 0
 
 
 @inlined

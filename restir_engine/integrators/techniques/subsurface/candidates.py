@@ -36,7 +36,6 @@ from ....kernels.subsurface.bssrdf import (
     bssrdf_at,
     bssrdf_in,
     diffused,
-    put_rgb,
 )
 from ....kernels.subsurface.exits import (
     DIM_EXIT,
@@ -163,7 +162,7 @@ def _resample(scene, integrator, reuse, frame, scratch, pixel, sp, n, dimension,
     r.light_primitive = primitive
     r.light_u = u
     r.light_v = v
-    put_rgb(r.irradiance, e)
+    put(r.irradiance, e)
     w = float(r.contribution_weight) if last != 0 else 1.0
     store_light(frame, reuse, pixel, diffuse_lobes(scale(f, w)))
 
@@ -193,7 +192,7 @@ def _go_on(scene, integrator, film, frame, scratch, pixel, sp, n, lit, dimension
     way.t = load_f64(place, H_T)
     for axis in range(3):
         way.normal[axis] = load_f64(place, H_NORMAL + axis)
-    put_rgb(way.weight, scale(weight, total / amount(weight)))
+    put(way.weight, scale(weight, total / amount(weight)))
     way.events = exit_events(scratch, k)
     way.dimension = dimension + DIMENSIONS
 

@@ -20,13 +20,13 @@ from ....kernels.core.records import (
     scene_at,
     tile_point,
 )
-from ....kernels.core.vec import is_black, length, mul, scale, sub, vec
+from ....kernels.core.vec import is_black, length, mul, put, scale, sub, vec
 from ....kernels.geometry.surface import triangle_place
 from ....kernels.lights import light_point
 from ....kernels.lobes.classes import Lobes, lobe_sum
 from ....kernels.path.direct import lit_bsdf
 from ....kernels.path.shadow import light_visibility
-from ....kernels.subsurface.bssrdf import bssrdf_at, diffused, put_rgb
+from ....kernels.subsurface.bssrdf import bssrdf_at, diffused
 from ....kernels.subsurface.exit import leave
 from ....kernels.volume.calls import media_around
 from ...resampling.frame import frame_at
@@ -112,7 +112,7 @@ def light_sample_again(domain, r, x, n):
     e = irradiance(scene, d.scratch, int(r.source), primitive, u, v)
     if not is_black(e):
         e = mul(e, visibility(scene, integrator, frame, d.scratch, d.pixel))
-    put_rgb(r.irradiance, e)
+    put(r.irradiance, e)
     r.flags &= ~NEEDS_LIGHT
 
 
