@@ -3,7 +3,7 @@ move; and that which is not has PATH's.
 
 Three bodies with textured radii, a thin one and instances under a lamp behind them and one in front. Each render with
 reuse is compared with one without of the same seed, whose candidates are the same: much of the noise cancels. Renders
-stop as soon as they tell the same mean from one that is off by 1 % (6 % where single samples are compared, of what
+stop as soon as they tell the same mean from one that is off by 1.5 % (6 % where single samples are compared, of what
 moves; a miss in 100, a false alarm in 2000). With --deep they go on until the error is 0.12 %, and are accepted within
 3 standard errors and within 0.5 %.
 """
@@ -19,7 +19,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 SHIFTS = ("RECONNECTION", "DELAYED", "HYBRID", "SEQUENTIAL")
 METHODS = ("DIFFUSION", "HYBRID")
 GROUP, SAMPLES = 24, 4
-EARLY = Sequential(bound=0.01, false_alarm=0.0005, miss=0.01, looks=6)
+EARLY = Sequential(bound=0.015, false_alarm=0.0005, miss=0.01, looks=6)
 COARSE = Sequential(bound=0.06, false_alarm=0.0005, miss=0.01, looks=6)  # of single samples, and of light that goes on
 DEEP_ERROR, DEEP_MOST = 0.0012, 960
 
