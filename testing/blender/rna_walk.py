@@ -60,6 +60,7 @@ def build() -> dict[str, object]:
     point = kit.light("POINT", 60.0, (0.5, 1.0, 2.0))
     ramp = lambda node: node("Background", Color=node("TexCoord").outputs["Generated"], Strength=0.3)  # noqa: E731
     world = kit.world(ramp)
+    scene.camera.data.clip_end = 100.0
     scene.camera.data.dof.use_dof = True
     scene.camera.data.dof.aperture_fstop = 0.5
     material = thing.data.materials[0]
