@@ -49,6 +49,6 @@ for i in "${!versions[@]}"; do
     parts=()
     [ "${versions[i]}" = "$newest" ] || [ ${#deep[@]} != 0 ] || parts=(tests/blender tests/images)
     echo "Tests with Python ${versions[i]}"
-    "${pythons[i]}" -m pytest -n "$cores" --durations=20 "${deep[@]}" "${parts[@]}" || status=$?
+    "${pythons[i]}" -m pytest -n "$cores" --dist worksteal --durations=20 "${deep[@]}" "${parts[@]}" || status=$?
 done
 exit $status

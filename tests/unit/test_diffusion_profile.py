@@ -7,7 +7,9 @@ import pytest
 
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, load_f64, store_f64
+from restir_engine.kernels.core.vec import load3_f64, store3_f64
 from restir_engine.kernels.subsurface import profile as p
+from restir_engine.kernels.subsurface.cycles_burley import cycles_kernel
 from restir_engine.kernels.subsurface.van_de_hulst import scattering_albedo
 
 DENSITY, CDF, RADIUS, SHAPE, SINGLE, MULTIPLE, FACTOR = range(7)
@@ -128,3 +130,25 @@ def test_energy_inside_half_a_mean_free_path(albedo, alpha, within):
 def test_single_scattering_distribution_of_the_model():
     r = np.array([0.1, 0.2, 0.5, 1.0, 2.0])
     np.testing.assert_allclose(values(CDF, r, 4.14), [0.181, 0.322, 0.592, 0.807, 0.953], atol=1e-3)
+
+
+@kernel
+def _cycles_kernels(offsets, count, n, d, out):
+    for i in range(count):
+        b = cycles_kernel(load3_f64(offsets, i), load3_f64(n, 0), load3_f64(n, 0), load3_f64(d, 0))
+        store3_f64(out, i, b)
+
+
+def test_cycles_kernel_where_the_point_itself_is_hit():
+    """A ray's error puts the point that is seen a little off itself, along its normal: it counts as one beside it."""
+    n = np.array([0.0490676, 0.00241054, 0.99879255])
+    n /= np.linalg.norm(n)
+    d = np.array([0.4, 0.1, 0.05])
+    beside = np.cross(n, (1.0, 0.0, 0.0))
+    largest = []
+    for direction in (n, beside / np.linalg.norm(beside)):
+        offsets, found = np.outer(np.geomspace(1e-9, 1e-5, 9), direction), np.zeros((9, 3))
+        _cycles_kernels(address(offsets), len(offsets), address(n), address(d), address(found))
+        assert np.isfinite(found).all() and (found >= 0.0).all()
+        largest.append(found.max(0))
+    assert (largest[0] <= 2.0 * largest[1]).all()

@@ -3,13 +3,17 @@
 import math
 
 from ..core.jit import device, inlined
-from ..core.vec import dot
+from ..core.vec import dot, max3
 from .probe import probe_frame
 from .profile import profile
 
 # Cycles' profile ends here, in d, and is scaled to hold everything within.
 _CYCLES_REACH = 16.0
 _CYCLES_F = 0.9963790093708328
+
+# Of the largest d. Nearer to an axis than this is at this distance from it: a hit of the point itself is off by the
+# error of its ray, often along the normal, and r / r_a is then anything.
+_NEAREST = 1.0e-5
 
 
 @inlined
@@ -38,10 +42,11 @@ def cycles_kernel(offset, ny, n, d):
     if not total > 0.0:
         return (0.0, 0.0, 0.0)
     factor = 0.0
+    nearest = _NEAREST * max3(d)
     for axis in range(3):
         w = wn if axis == 0 else (wt if axis == 1 else wb)
         square = x * x + y * y if axis == 0 else (y * y + z * z if axis == 1 else x * x + z * z)
-        ra = max(math.sqrt(square), 1.0e-9 * r)
+        ra = max(math.sqrt(square), nearest)
         sampled = _cut(ra, ra, d)
         if sampled > 0.0:
             factor += w * w * r / ra * _cut(ra, r, d) / sampled
