@@ -145,6 +145,7 @@ def emission_material(name: str, build: Build, scale: float = 1.0, offset: float
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
     material.pass_index = 7
+    material.cycles.emission_sampling = "NONE"  # it lights nothing: nobody need measure it
     tree = material.node_tree
     tree.nodes.clear()
     emission = tree.nodes.new("ShaderNodeEmission")

@@ -90,6 +90,7 @@ def emission_material(build, scale: float = 1.0, offset: float = 0.0) -> bpy.typ
     """A material that emits what the socket that build(nodes) returns says, times scale plus offset."""
     material = bpy.data.materials.new("Probe")
     material.use_nodes = True
+    material.cycles.emission_sampling = "NONE"  # it lights nothing: nobody need measure it
     tree = material.node_tree
     tree.nodes.clear()
     emission = tree.nodes.new("ShaderNodeEmission")
