@@ -35,10 +35,11 @@ if [ $# != 0 ]; then
 fi
 
 cores=$(nproc)
-share=$((cores / ${#versions[@]} > 0 ? cores / ${#versions[@]} : 1))
 jobs=()
 for i in "${!versions[@]}"; do
-    "${pythons[i]}" -m testing.compile --processes "$share" | sed "s/^/Python ${versions[i]}: /" &
+    needed=()
+    [ "${versions[i]}" = "$newest" ] || [ ${#deep[@]} != 0 ] || needed=(--blender)
+    "${pythons[i]}" -m testing.compile --processes "$cores" "${needed[@]}" | sed "s/^/Python ${versions[i]}: /" &
     jobs+=($!)
 done
 for job in "${jobs[@]}"; do
@@ -49,6 +50,6 @@ for i in "${!versions[@]}"; do
     parts=()
     [ "${versions[i]}" = "$newest" ] || [ ${#deep[@]} != 0 ] || parts=(tests/blender tests/images)
     echo "Tests with Python ${versions[i]}"
-    "${pythons[i]}" -m pytest -n "$cores" --dist worksteal --durations=20 "${deep[@]}" "${parts[@]}" || status=$?
+    "${pythons[i]}" -m pytest -n "$cores" --durations=20 "${deep[@]}" "${parts[@]}" || status=$?
 done
 exit $status
