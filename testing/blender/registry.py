@@ -20,16 +20,24 @@ class Scene:
     size: tuple[int, int]
     settings: dict = field(default_factory=dict)
     deep: bool = False  # rendered with --deep alone
+    by_version: bool = False  # Blenders differ in it: of the slow group 3 the older one renders these, without --deep
 
 
 SCENES: dict[str, Scene] = {}
 
 
-def scene(group: int, samples: int = 96, size: tuple[int, int] = (96, 54), deep: bool = False, **settings):
+def scene(
+    group: int,
+    samples: int = 96,
+    size: tuple[int, int] = (96, 54),
+    deep: bool = False,
+    by_version: bool = False,
+    **settings,
+):
     """Register a function that builds a scene; `settings` replace parity settings by our name, or are ours alone."""
 
     def register(build: Callable[[], None]) -> Callable[[], None]:
-        SCENES[build.__name__] = Scene(build.__name__, build, group, samples, size, settings, deep)
+        SCENES[build.__name__] = Scene(build.__name__, build, group, samples, size, settings, deep, by_version)
         return build
 
     return register
