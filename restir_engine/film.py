@@ -9,6 +9,7 @@ import numpy as np
 
 from .kernels.core import records as rec
 from .kernels.core.memory import address
+from .scene.cryptomatte import KINDS
 from .settings import PASS_BY_NAME, SAMPLE_COUNT, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it
@@ -33,7 +34,7 @@ class Film:
         for item in passes:
             self._offsets[item.name] = channels
             channels += len(item.channels)
-        self._slots = {kind: [item.name for item in passes if item.slots == kind] for kind in {p.slots for p in passes}}
+        self._slots = {kind: [item.name for item in passes if item.slots == kind] for kind in KINDS}
         self.pixels = np.zeros((height, width, channels), np.float32)
         self._record = np.zeros(1, rec.FILM)
         self._fill_record()
@@ -50,7 +51,7 @@ class Film:
         record["active"] = 0
         record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
         record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
-        record["crypto_slots"] = max((2 * len(names) for kind, names in self._slots.items() if kind), default=0)
+        record["crypto_slots"] = 2 * max(map(len, self._slots.values()))
         record["data_passes"] = any(item.field and not item.light for item in self.passes)
 
     @property

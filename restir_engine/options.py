@@ -197,13 +197,17 @@ SCENE_OPTIONS: dict[str, Option] = {
             (
                 "RECONNECTION",
                 "Reconnection",
-                "The exit is kept: no rays. Measured in close-ups: 0.3 to 0.6 of the error at equal samples, about "
+                "The exit is kept: no rays. Measured in close-ups: 0.4 to 0.65 of the error of as many samples, about "
                 "that of path tracing in the same time. Not with Reuse in Time: bright dots stay",
             ),
             ("DELAYED", "Delayed Reconnection", "The exit is looked for again, the light is kept: two rays a path"),
-            ("HYBRID", "Hybrid", "The former for exits that are far away, else the latter"),
-            ("SEQUENTIAL", "Sequential", "A round of each"),
-            ("SEQUENTIAL_FAST", "Sequential, Fast (biased)", "The same, with a ray less for each pixel"),
+            ("HYBRID", "Hybrid", "Reconnection for exits that are far away, else Delayed Reconnection"),
+            ("SEQUENTIAL", "Sequential", "A round of Reconnection, then one of Delayed Reconnection"),
+            (
+                "SEQUENTIAL_FAST",
+                "Sequential, Fast (biased)",
+                "Sequential with a ray less for each pixel. Its bias was measured to be below 0.5 %",
+            ),
         ),
     ),
     "sss_neighbours": Option(
