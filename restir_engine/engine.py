@@ -17,7 +17,7 @@ import bpy
 
 from . import denoise, properties, requirements, warning_log
 from .scene.errors import SceneError
-from .settings import PASS_BY_NAME, PASSES
+from .settings import PASS_BY_NAME, Pass, shown_passes
 
 log = logging.getLogger(__name__)
 
@@ -118,8 +118,7 @@ class RestirEngine(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         """Tell Blender which passes there will be."""
-        for name in ordered_passes(properties.enabled_passes(renderlayer)):
-            item = PASS_BY_NAME[name]
+        for item in shown_passes(properties.enabled_passes(renderlayer), properties.enabled_aovs(renderlayer)):
             self.register_pass(scene, renderlayer, pass_name(item), len(item.channels), item.channels, item.kind)
 
 
@@ -147,7 +146,7 @@ class Display:
         """Show the samples that the film has by now; in a batch render nobody looks."""
         if bpy.app.background or time.monotonic() - self._picture_time < self._interval:
             return
-        write_passes(self._result, session, frozenset({"Combined"}))
+        write_passes(self._result, session, [PASS_BY_NAME["Combined"]])
         self._engine.update_result(self._result)
         self._picture_time = time.monotonic()
         self._interval = min(2.0 * self._interval, LAST_INTERVAL)
@@ -172,7 +171,7 @@ def deliver(engine: RestirEngine, result: bpy.types.RenderResult, session) -> No
     """Hand over the samples that the film has, and give the result back to Blender in any case."""
     try:
         if session.film.samples:
-            write_passes(result, session, session.settings.passes)
+            write_passes(result, session, shown_passes(session.settings.passes, session.settings.aovs))
     finally:
         engine.end_result(result, cancel=not session.film.samples)
 
@@ -183,19 +182,14 @@ def artists_scene() -> bpy.types.Scene | None:
     return next((scene for scene in scenes if scene.render.engine == RestirEngine.bl_idname), None)
 
 
-def write_passes(result: bpy.types.RenderResult, session, names: frozenset[str]) -> None:
+def write_passes(result: bpy.types.RenderResult, session, shown: list[Pass]) -> None:
     """Copy passes of a session's film into Blender's render result."""
     passes = result.layers[0].passes
-    for name in ordered_passes(names):
-        item = passes.get(pass_name(PASS_BY_NAME[name]))
-        if item is not None:
-            pixels = session.combined() if name == "Combined" else session.film.pass_array(name)
-            item.rect.foreach_set(pixels.ravel())
-
-
-def ordered_passes(names: frozenset[str]) -> list[str]:
-    """The names in the order of the pass table."""
-    return [item.name for item in PASSES if item.name in names]
+    for item in shown:
+        target = passes.get(pass_name(item))
+        if target is not None:
+            pixels = session.combined() if item.name == "Combined" else session.film.pass_array(item.name)
+            target.rect.foreach_set(pixels.ravel())
 
 
 def pass_name(item) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from .kernels.core import records as rec
 from .kernels.core.memory import address
 from .scene.cryptomatte import KINDS
-from .settings import PASS_BY_NAME, SAMPLE_COUNT, Pass
+from .settings import SAMPLE_COUNT, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it
 
@@ -29,6 +29,7 @@ class Film:
         self.samples = 0
         self.counts: np.ndarray | None = None
         self.active: np.ndarray | None = None
+        self._by_name = {item.name: item for item in passes}
         self._offsets: dict[str, int] = {}
         channels = 0
         for item in passes:
@@ -48,11 +49,12 @@ class Film:
         for item in self.passes:
             if item.field:
                 record[item.field] = self._offsets[item.name]
+        record["aovs"] = next((self._offsets[item.name] for item in self.passes if item.aov), -1)
         record["active"] = 0
         record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
         record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
         record["crypto_slots"] = 2 * max(map(len, self._slots.values()))
-        record["data_passes"] = any(item.field and not item.light for item in self.passes)
+        record["data_passes"] = any((item.field or item.aov) and not item.light for item in self.passes)
 
     @property
     def record(self) -> np.void:
@@ -82,11 +84,11 @@ class Film:
     def sums(self, name: str) -> np.ndarray:
         """The accumulated values of a pass, a view (height, width, channels)."""
         start = self._offsets[name]
-        return self.pixels[:, :, start : start + len(PASS_BY_NAME[name].channels)]
+        return self.pixels[:, :, start : start + len(self._by_name[name].channels)]
 
     def pass_array(self, name: str) -> np.ndarray:
         """A pass as Blender wants it: float32 (height, width, channels), rows bottom to top."""
-        item = PASS_BY_NAME[name]
+        item = self._by_name[name]
         if item.slots:
             return self._mattes(item)
         if name == SAMPLE_COUNT:

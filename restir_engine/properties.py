@@ -17,7 +17,7 @@ from bpy.props import (
 from .options import MATERIAL_OPTIONS, SCENE_OPTIONS, VIEW_LAYER_OPTIONS, Option
 from .reuse_settings import OPTIONS, ReuseSettings
 from .scene.cryptomatte import KINDS
-from .settings import MAX_CRYPTOMATTES, PASSES, Mist, RenderSettings, cryptomatte
+from .settings import MAX_CRYPTOMATTES, PASSES, Aov, Mist, RenderSettings, cryptomatte
 
 MIST_POWERS = {"LINEAR": 1.0, "QUADRATIC": 2.0, "INVERSE_QUADRATIC": 0.5}
 
@@ -106,6 +106,11 @@ def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     )
 
 
+def enabled_aovs(view_layer: bpy.types.ViewLayer) -> tuple[Aov, ...]:
+    """The AOVs of a view layer; Blender marks those invalid whose names stand for something else."""
+    return tuple(Aov(aov.name, 1 if aov.type == "VALUE" else 4) for aov in view_layer.aovs if aov.is_valid)
+
+
 def mist(world: bpy.types.World | None) -> Mist:
     """What a world says of the pass Mist."""
     if world is None:
@@ -140,6 +145,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "mist": mist(scene.world),
             "passes": enabled_passes(view_layer),
+            "aovs": enabled_aovs(view_layer),
         }
     )
 
@@ -165,6 +171,7 @@ def preview_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, ar
         sss_method=method,
         film_transparent=scene.render.film_transparent,
         passes=frozenset({"Combined"}),
+        aovs=(),
     )
 
 

@@ -11,6 +11,13 @@ from .reuse_settings import ReuseSettings
 from .scene.cryptomatte import KINDS
 
 
+class Aov(NamedTuple):
+    """A pass that AOV Output nodes of its name write to: 1 channel (Value) or 4 (Color)."""
+
+    name: str
+    channels: int
+
+
 class Mist(NamedTuple):
     """The pass Mist: 0 up to the start (m), 1 from start + depth on, the distance between to the power in between."""
 
@@ -67,6 +74,7 @@ class RenderSettings:
     adaptive_min_samples: int = 0  # 0: by the threshold
     reuse: ReuseSettings = field(default_factory=ReuseSettings)  # RESTIR
     passes: frozenset[str] = frozenset({"Combined"})
+    aovs: tuple[Aov, ...] = ()
 
 
 def carries_visibility(settings) -> bool:
@@ -93,6 +101,7 @@ class Pass:
     averaged: bool = True  # False: the first sample's value
     slots: str = ""  # the kind of Cryptomatte whose slots it holds two of
     light: bool = False  # sums of light, by kernels.film.contribute; else it describes the first surface
+    aov: bool = False  # shader programs write it, see kernels.film.surface_passes.write_aovs
 
 
 def _light(name: str, short: str, prefix: str, prop: str) -> list[Pass]:
@@ -161,13 +170,34 @@ PASS_BY_NAME = {p.name: p for p in PASSES}
 DENOISING_PASSES = frozenset({"Denoising Albedo", "Denoising Normal"})
 
 
-def required_passes(names: frozenset[str], denoising: bool) -> list[Pass]:
+def aov_passes(aovs: tuple[Aov, ...]) -> list[Pass]:
+    """The passes of AOVs, whose channels follow one another in the film."""
+    return [
+        Pass(aov.name, aov.name, "", *(("X", "VALUE") if aov.channels == 1 else ("RGBA", "COLOR")), "", aov=True)
+        for aov in aovs
+    ]
+
+
+def aov_channels(aovs: tuple[Aov, ...]) -> dict[str, tuple[int, int]]:
+    """(first channel among those of all AOVs, number of channels) by name."""
+    starts = np.cumsum([0, *(aov.channels for aov in aovs)])
+    return {aov.name: (int(start), aov.channels) for aov, start in zip(aovs, starts, strict=False)}
+
+
+def shown_passes(names: frozenset[str], aovs: tuple[Aov, ...]) -> list[Pass]:
+    """The passes that Blender is given, in table order."""
+    return [item for item in PASSES if item.name in names] + aov_passes(aovs)
+
+
+def required_passes(names: frozenset[str], denoising: bool, aovs: tuple[Aov, ...] = ()) -> list[Pass]:
     """The passes to accumulate, in table order: those asked for, those they are divided by, and the denoiser's."""
     wanted = {"Combined", *names}
     wanted |= {PASS_BY_NAME[name].divide for name in names if PASS_BY_NAME[name].divide}
     if denoising:
         wanted |= DENOISING_PASSES
-    return [p for p in PASSES if p.name in wanted]
+    found = [p for p in PASSES if p.name in wanted]
+    first_slots = next((k for k, item in enumerate(found) if item.slots), len(found))
+    return found[:first_slots] + aov_passes(aovs) + found[first_slots:]
 
 
 def _blackman_harris(x: np.ndarray) -> np.ndarray:

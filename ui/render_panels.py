@@ -255,6 +255,25 @@ class RESTIR_VIEWLAYER_PT_cryptomatte(RestirPanel, bpy.types.Panel):
         levels.prop(layer, "pass_cryptomatte_depth", text="Levels")
 
 
+class RESTIR_VIEWLAYER_PT_aovs(RestirPanel, bpy.types.Panel):
+    """Passes that AOV Output nodes of materials and the world write to"""
+
+    bl_label = "Shader AOV"
+    bl_context = "view_layer"
+    bl_parent_id = "RESTIR_VIEWLAYER_PT_passes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layer = context.view_layer
+        row = self.layout.row()
+        row.column().template_list("VIEWLAYER_UL_aov", "aovs", layer, "aovs", layer, "active_aov_index", rows=3)
+        buttons = row.column(align=True)
+        buttons.operator("scene.view_layer_add_aov", icon="ADD", text="")
+        buttons.operator("scene.view_layer_remove_aov", icon="REMOVE", text="")
+        if layer.active_aov is not None and not layer.active_aov.is_valid:
+            self.layout.label(text="Another pass has this name: it is left out", icon="ERROR")
+
+
 class RESTIR_VIEWLAYER_PT_override(RestirPanel, bpy.types.Panel):
     """What this view layer has of its own"""
 
@@ -280,5 +299,6 @@ CLASSES = (
     RESTIR_RENDER_PT_warnings,
     RESTIR_VIEWLAYER_PT_passes,
     RESTIR_VIEWLAYER_PT_cryptomatte,
+    RESTIR_VIEWLAYER_PT_aovs,
     RESTIR_VIEWLAYER_PT_override,
 )

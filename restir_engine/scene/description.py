@@ -36,6 +36,7 @@ class SceneDescription:
         self.camera = Camera()
         self.warnings = Warnings()
         self.manifests = Manifests()
+        self.aovs: dict[str, tuple[int, int]] = {}  # name -> (first channel, how many) of what programs write
         self.frame = 1  # what image sequences show
         self.time = 1.0  # the frame with its fraction
         self.frames_per_second = 24.0

@@ -25,6 +25,7 @@ class Program:
     emission_estimate: tuple[float, float, float] = (0.0, 0.0, 0.0)
     medium: int = -1  # where in `code` the program of the medium inside starts, -1: none
     medium_priority: int = 0
+    aovs: int = -1  # where that of its AOV Output nodes starts
 
 
 def constant_lambert(program: Program) -> np.ndarray | None:
@@ -100,7 +101,9 @@ class ShaderTable:
             record["code"] = code_at if len(program.code) else -1
             record["constants"] = constants_at
             record["n_constants"] = len(program.constants)
-            record["medium"] = code_at + program.medium if program.medium >= 0 else -1
+            for part in ("medium", "aovs"):
+                start = getattr(program, part)
+                record[part] = code_at + start if start >= 0 else -1
             for name in (
                 "flags",
                 "pass_index",

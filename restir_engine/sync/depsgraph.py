@@ -16,6 +16,7 @@ from ..scene.description import SceneDescription
 from ..scene.instances import build_instances, thickened, usable
 from ..scene.mesh import Attribute, attribute_table, with_normals_for
 from ..scene.scene import Scene
+from ..settings import aov_channels
 from .camera import sync_camera
 from .culling import Culled, Culling
 from .hashing import hash_uint2, to_unit
@@ -47,6 +48,7 @@ def read_scene(
     """
     meshes = MeshCache() if meshes is None else meshes
     scene = SceneDescription(meshes.attribute_names)
+    scene.aovs = aov_channels(settings.aovs)
     scene.frame = depsgraph.scene.frame_current
     render = depsgraph.scene.render
     scene.time = depsgraph.scene.frame_current_final

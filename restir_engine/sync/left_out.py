@@ -86,7 +86,7 @@ def scene_lines(scene: bpy.types.Scene, layers: list[bpy.types.ViewLayer]) -> It
         for own, switches in OWN_PASSES.items():
             if not getattr(getattr(layer, "restir", None), own, False):
                 names += [f"{name} (its switch is under ReSTIR)" for name in asked(layer, switches)]
-        names += [f"AOV {aov.name}" for aov in layer.aovs]
+        names += [f"AOV {aov.name} (another pass has this name)" for aov in layer.aovs if not aov.is_valid]
         names += [f"Light Group {group.name}" for group in layer.lightgroups]
         if names:
             yield "View Layer", layer.name, f"passes that are left out: {', '.join(names)}"

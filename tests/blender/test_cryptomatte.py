@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from testing.blender import kit
-from testing.blender.render import exact_files, quiet, read, register
+from testing.blender.compositor import composited
+from testing.blender.render import exact_files, register
 
 SIZE, SAMPLES = 48, 64
 MATTES = {"Object": "Würfel", "Material": "Häute", "Asset": "Wurzel"}
@@ -63,24 +64,6 @@ def add(operator, name: str, surface, location, **options):
     if surface is not None:
         item.data.materials.append(surface)
     return item
-
-
-def composited(scene, engine: str, wire, path) -> np.ndarray:
-    """What the compositor shows: wire(nodes) → the socket to be shown. Float32 (height, width)."""
-    if bpy.app.version < (5, 0, 0):
-        scene.use_nodes = True
-        tree = scene.node_tree
-        tree.nodes.clear()
-        shown = tree.nodes.new("CompositorNodeComposite")
-    else:
-        tree = scene.compositing_node_group = bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
-        tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
-        shown = tree.nodes.new("NodeGroupOutput")
-    tree.links.new(wire(tree.nodes), shown.inputs[0])
-    scene.render.engine, scene.render.filepath = engine, str(path / f"{engine}.exr")
-    with quiet():
-        bpy.ops.render.render(write_still=True)
-    return read(scene.render.filepath)[:, :, 0]
 
 
 @pytest.mark.parametrize("kind", MATTES)

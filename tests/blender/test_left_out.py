@@ -57,12 +57,11 @@ def test_each_render_names_it(shown, paths, word):
     assert any(word in text for *_, text in scene_lines(shown, shown.view_layers)) or "OBJECT" in paths[0]
 
 
-def test_names_of_aovs_and_light_groups(shown):
+def test_names_of_light_groups(shown):
     layer = shown.view_layers[0]
-    layer.aovs.add().name = "mask"
     layer.lightgroups.add(name="key")
     bpy.ops.render.render()
-    assert any("AOV mask, Light Group key" in line for line in warning_log.lines(shown.name))
+    assert any("Light Group key" in line for line in warning_log.lines(shown.name))
 
 
 def test_passes_with_a_switch_of_ours_are_not_named_where_it_is_on(shown):

@@ -28,7 +28,7 @@ class Layout:
         self.drawn.append(text)
 
     def operator(self, name: str, **_options) -> None:
-        assert name.startswith("restir.")
+        assert name.startswith(("restir.", "scene.view_layer_"))
         self.drawn.append(name)
 
     def operator_menu_enum(self, name: str, prop: str, **_options) -> None:
@@ -37,6 +37,11 @@ class Layout:
 
     def template_node_view(self, tree, node, socket) -> None:
         self.drawn.append(socket.name)
+
+    def template_list(self, kind: str, _id: str, data, items: str, active_data, active: str, **_options) -> None:
+        assert hasattr(bpy.types, kind)
+        self.prop(data, items)
+        self.prop(active_data, active)
 
     def separator(self) -> None:
         pass
@@ -132,6 +137,7 @@ def test_settings_come_from_properties_one_to_one(scene):
         "pass_alpha_threshold",
         "mist",
         "passes",
+        "aovs",
         "extra_transparent",
     }
     assert own - fields == {"use_animated_seed", "is_initialized", "preview_samples", "preview_sss_method"}

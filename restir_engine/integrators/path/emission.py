@@ -13,7 +13,9 @@ from ...kernels.film.contribute import (
     let_through,
     wants_backdrop,
 )
+from ...kernels.film.surface_passes import aov_passes, wants_aovs
 from ...kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
+from ...kernels.lights.emission import shadow_point, world_point
 from ...kernels.lights.world import world_pdf, world_radiance
 from ...kernels.path.state import COUNTED, FAR, hit_weight, next_after
 from ...kernels.volume.calls import through_media
@@ -56,6 +58,10 @@ def add_world(scene, integrator, film, scratch, path, sp):
         if not wants_backdrop(film):
             return
         kind = BACKDROP
+    if scene.world_material >= 0 and wants_aovs(film, path):
+        point = shadow_point(scratch, sp)
+        world_point(scene, point, d)
+        aov_passes(scene, film, path, point)
     radiance = world_radiance(scene, scratch, sp, vec(path.o), d)
     pdf = world_pdf(scene, sp, d) if path.mis_pdf > 0.0 else 0.0
     _add_found(integrator, film, path, radiance, pdf, kind, IN_WORLD)

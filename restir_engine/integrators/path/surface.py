@@ -14,7 +14,7 @@ from ...kernels.core.records import (
 )
 from ...kernels.core.vec import average, put, scale, vec
 from ...kernels.film.contribute import let_through
-from ...kernels.film.surface_passes import surface_passes
+from ...kernels.film.surface_passes import aov_passes, surface_passes
 from ...kernels.geometry.surface import surface_point
 from ...kernels.lobes import bsdf_blur
 from ...kernels.path.state import ENDS, FAR, GOES_ON, LAST, LAST_BEFORE_SURFACE, SHADES, pass_through, roulette
@@ -40,6 +40,7 @@ def meet_surface(scene, camera, integrator, film, scratch, path, sp, t, instance
         sp.ray_flags |= RAY_LAST
     if sp.ray_flags & RAY_LAST and not material & (MATERIAL_EMITS | MATERIAL_TRANSPARENT):
         return ENDS
+    aov_passes(scene, film, path, sp)
     shade(scene, integrator, path, sp)
     if _holdout(scene, film, path, sp):
         return ENDS

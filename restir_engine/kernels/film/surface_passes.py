@@ -6,6 +6,7 @@ from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, instance_at, ma
 from ..core.vec import average, dot, length, mul, put, store3_f32, transform_point, vec
 from ..geometry.attributes import attribute
 from ..lobes import bsdf_color, bsdf_normal, denoise_features
+from ..shading.interpreter import write_aovs
 from .contribute import add1, add3
 from .cryptomatte import add_to_slots
 
@@ -17,6 +18,22 @@ def surface_passes(scene, camera, integrator, film, path, sp):
         _data_passes(scene, camera, integrator, film, path, sp)
     if film.denoising_albedo >= 0 and path.denoise > 0:
         _feature_passes(scene, camera, film, path, sp)
+
+
+@inlined
+def wants_aovs(film, path):
+    """Whether AOVs are asked for of what the path sees next."""
+    return film.aovs >= 0 and path.background_visible > 0 and path.data_done == 0
+
+
+@inlined
+def aov_passes(scene, film, path, sp):
+    """Add what AOV Output nodes say at sp, where the path is the first to be there; before sp is shaded.
+
+    As in Cycles every surface that is seen adds all of its value, also one that a transparent one lies before.
+    """
+    if wants_aovs(film, path):
+        write_aovs(scene, sp, path.pixel + 4 * film.aovs)
 
 
 @inlined

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..core.jit import Entry, device, entry, inlined, load
-from ..core.memory import call_entry, load_f64, load_i32, load_i64, record_address, store_f64
+from ..core.memory import call_entry, load_f32, load_f64, load_i32, load_i64, record_address, store_f32, store_f64
 from ..core.records import (
     MATERIAL_BUMP_UNCORRECTED,
     MATERIAL_LAMBERT,
@@ -50,6 +50,15 @@ def _emission(sp, registers, code, at):
 
 
 @device
+def _write_aov(sp, registers, code, at):
+    channel, count, value = load_i32(code, at), load_i32(code, at + 1), load_i32(code, at + 2)
+    for k in range(min(count, 3)):
+        store_f32(sp.aovs, channel + k, load_f32(sp.aovs, channel + k) + load_f64(registers, value + k))
+    if count == 4:
+        store_f32(sp.aovs, channel + 3, load_f32(sp.aovs, channel + 3) + 1.0)
+
+
+@device
 def _flow_op(op, sp, registers, code, at):
     """Run an instruction of the opcodes 2–9."""
     if op == ops.MIX_WEIGHTS:
@@ -59,6 +68,8 @@ def _flow_op(op, sp, registers, code, at):
     elif op == ops.HOLDOUT:
         weight = triple(registers, code, at)
         sp.holdout += (weight[0] + weight[1] + weight[2]) * (1.0 / 3.0)
+    elif op == ops.AOV:
+        _write_aov(sp, registers, code, at)
     elif op == ops.SET_NORMAL:
         n = normalize(triple(registers, code, at))
         if n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0:
@@ -171,6 +182,18 @@ def medium_eval(scene, sp):
     """Run the program of the medium behind sp.material: see kernels.volume.program for what it leaves in sp."""
     start = material_at(scene.materials, sp.material).medium
     call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), start, 0, 0)
+
+
+@device
+def write_aovs(scene, sp, aovs):
+    """Run what AOV Output nodes of sp.material add to a pixel's AOVs, whose floats begin at an address.
+
+    What the surface's program has left in sp is lost.
+    """
+    start = material_at(scene.materials, sp.material).aovs
+    if start >= 0:
+        sp.aovs = aovs
+        call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), start, 0, 0)
 
 
 @entry

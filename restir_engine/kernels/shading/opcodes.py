@@ -14,6 +14,7 @@ EMISSION = 3  # weight, colour, strength
 HOLDOUT = 4  # weight
 SET_NORMAL = 5  # normal: the shading normal from here on
 JUMP_SHADOW = 6  # distance!: skips `distance` words for shadow rays, whose own program stands there
+AOV = 7  # channel!, components!, value: adds to sp.aovs; of a colour the fourth channel counts
 
 # Conversions and what most programs do with numbers: interpreter ----------------------------------------------
 LUMINANCE = 10  # out, colour

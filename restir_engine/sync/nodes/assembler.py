@@ -61,22 +61,23 @@ class Assembler:
         return self._blocks[register - TEMPORARY]
 
     def finish(
-        self, shadow: list[list[int]] | None = None, medium: list[list[int]] | None = None
-    ) -> tuple[np.ndarray, np.ndarray, int]:
-        """(code, constants, start of `medium` in the code or -1) of the program, empty when it does nothing.
+        self, parts: dict[str, list[list[int]]], shadow: list[list[int]] | None = None
+    ) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+        """(code, constants, starts of `parts` in the code by name, -1 for empty ones); empty when it does nothing.
 
         Shadow rays run `shadow` when it is given.
         """
-        if not self.instructions and not medium:
-            return np.zeros(0, np.int32), np.zeros(0), -1
+        if not self.instructions and not any(parts.values()):
+            return np.zeros(0, np.int32), np.zeros(0), dict.fromkeys(parts, -1)
         words = self._words(self.instructions)
         if shadow is not None:
             words = [ops.JUMP_SHADOW, 1, len(words), *words, *self._words(shadow)]
-        start = -1
-        if medium:
-            start = len(words)
-            words += self._words(medium)
-        return np.array(words, np.int32), np.array(self._constants), start
+        starts = dict.fromkeys(parts, -1)
+        for name, instructions in parts.items():
+            if instructions:
+                starts[name] = len(words)
+                words += self._words(instructions)
+        return np.array(words, np.int32), np.array(self._constants), starts
 
     def _words(self, instructions: list[list[int]]) -> list[int]:
         """Machine words of instructions and the end."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 
 import bpy
 import numpy as np
@@ -45,6 +46,7 @@ class Compiler(ValueCompiler):
         self.one = self.constant((1.0, 1.0, 1.0))
         self._converters = CLOSURES  # or VOLUMES, INSIDE
         self._medium: list[list[int]] = []  # instructions of the medium inside
+        self._aovs: list[list[int]] = []  # of AOV Output nodes
         self._weight = self.one  # of the closure that is being compiled
         self._estimates: dict[int, float] = {self.one: 1.0}
 
@@ -62,6 +64,9 @@ class Compiler(ValueCompiler):
                 self._surface(output)
             elif self.is_medium:
                 emit_medium(self)
+            if self.scene.aovs and tree is not None:
+                self._path = ()
+                self._aov_outputs(tree)
             return self.program()
         except TooManyRegisters:
             self.warn("the node tree is too large, it is rendered black")
@@ -77,10 +82,8 @@ class Compiler(ValueCompiler):
         count = sum(instruction[0] in _CLOSURE_OPCODES for instruction in self.instructions)
         if count > rec.MAX_CLOSURES:
             self.warn(f"has {count} closures, of which {rec.MAX_CLOSURES} at most are rendered at a point")
-        code, constants, medium = self.finish(shadow, self._medium)
-        return Program(
-            code, constants, flags=self.flags, emission_estimate=tuple(self.emission_estimate), medium=medium
-        )
+        code, constants, starts = self.finish({"medium": self._medium, "aovs": self._aovs}, shadow)
+        return Program(code, constants, flags=self.flags, emission_estimate=tuple(self.emission_estimate), **starts)
 
     def _surface(self, output: bpy.types.Node) -> None:
         self._nodes.append(output)
@@ -120,6 +123,18 @@ class Compiler(ValueCompiler):
             self.flags |= rec.MATERIAL_MEDIUM
         if any(self._varies_in_space(instruction) for instruction in self._medium):
             self.warn("a volume that varies in space is rendered with its values where light enters")
+
+    def _aov_outputs(self, tree: bpy.types.NodeTree) -> None:
+        """Add what AOV Output nodes write, those within groups included."""
+        before, self.instructions = self.instructions, []
+        self._cache.clear()
+        for path, node in _aov_nodes(tree):
+            channel, components = self.scene.aovs.get(node.aov_name, (-1, 0))
+            if components:
+                with self._at(path):
+                    found = self.value(node, "Value") if components == 1 else self.vector(node, "Color")
+                self.emit(ops.AOV, channel, components, found)
+        self._aovs, self.instructions = self.instructions, before
 
     def _invisible_boundary(self) -> None:
         """A mesh with nothing but a medium: rays pass its surface."""
@@ -279,6 +294,18 @@ def _size(tree, around: tuple = ()) -> int:
         return 0
     inner = (getattr(node, "node_tree", None) for node in tree.nodes)
     return 500 + len(tree.nodes) + sum(_size(group, (*around, tree)) for group in inner if group is not None)
+
+
+def _aov_nodes(tree, path: tuple = ()) -> Iterator[tuple[tuple[bpy.types.Node, ...], bpy.types.Node]]:
+    """(group nodes around it, node) of each AOV Output node that is not muted."""
+    for node in tree.nodes:
+        if node.mute:
+            continue
+        if node.bl_idname == "ShaderNodeOutputAOV":
+            yield path, node
+        group = getattr(node, "node_tree", None)
+        if group is not None and all(group != other.node_tree for other in path):
+            yield from _aov_nodes(group, (*path, node))
 
 
 def _path_to(tree, output) -> tuple[bpy.types.Node, ...]:

@@ -41,6 +41,7 @@ FILM = record(
     "crypto_object",
     "crypto_material",
     "crypto_asset",
+    "aovs",  # the first channel of what programs write, see kernels.film.surface_passes.write_aovs
     # Bits for the integrator: whether any pass of a kind is wanted.
     "light_passes",
     "data_passes",

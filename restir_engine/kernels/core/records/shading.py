@@ -13,6 +13,7 @@ MATERIAL = record(
     "emission_sampling",  # 0 none, 1 auto, 2 front, 3 back, 4 both
     "medium",  # start of the program of the medium inside in `code`, -1: none; it uses the same constants
     "medium_priority",  # where media overlap, those of the highest priority count
+    "aovs",  # start of the program of its AOV Output nodes in `code`, -1: none; it uses the same constants
     ("emission_estimate", 3),  # radiance; only about right with MATERIAL_VARYING_EMISSION; 0: does not emit
     ("lambert", 3),  # weight of the one lobe of MATERIAL_LAMBERT
 )
@@ -77,6 +78,7 @@ SHADING_POINT = record(
     "n_closures",
     "scatterer",  # the closure that bsdf_sample chose with LABEL_SUBSURFACE
     "bump_uncorrected",  # 1: MATERIAL_BUMP_UNCORRECTED
+    "aovs",  # address of float32: where a program's AOVs are added up
     "registers",  # address of float64 [MAX_REGISTERS], and of two rays behind them
     ("t", 1),  # length of the ray that arrived
     ("u", 1),  # barycentric weights of corners 1 and 2 on a triangle; parametric on a light
