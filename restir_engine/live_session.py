@@ -125,7 +125,8 @@ class LiveSession:
         if self._committed is None or self._committed[0] is not request.scene:
             self.line = PREPARING
             self._trees.next_frame()
-            self._committed = request.scene, request.scene.commit(self._trees)
+            before = self._committed and self._committed[1]
+            self._committed = request.scene, request.scene.commit(self._trees, before)
         return self._committed[1]
 
     def _report(self, status: Status) -> None:

@@ -14,8 +14,7 @@ from .live_session import LiveSession
 from .scene.errors import SceneError
 from .settings import RenderSettings
 from .sync.camera import sync_view
-from .sync.depsgraph import read_scene
-from .sync.mesh_cache import MeshCache
+from .sync.live import LiveReader
 
 log = logging.getLogger(__name__)
 
@@ -30,9 +29,8 @@ class Viewport:
 
     def __init__(self) -> None:
         self._session = LiveSession()
-        self._meshes = MeshCache()
+        self._reader = LiveReader()
         self._scene = self._settings = self._camera = self._texture = None
-        self._count = 0  # of the instances that the scene was read from
         self._shown = None  # the picture in the texture
         self._problem = ""
         self._will_draw = False
@@ -42,18 +40,15 @@ class Viewport:
         self._session.close()
 
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Read the scene and render it, where what has changed can be seen: a selection cannot."""
-        settings = settings_of(depsgraph)
-        count = len(depsgraph.object_instances)
-        if self._scene is not None and (settings, count) == (self._settings, self._count) and not changed(depsgraph):
-            return
-        self._problem = ""
-        self._settings, self._count = settings, count
+        """Read what has changed of the scene and render it, where it can be seen: a selection cannot."""
+        settings, known = settings_of(depsgraph), self._settings
+        self._problem, self._settings = "", settings
         try:
-            self._camera = sync_view(context, depsgraph)
-            self._meshes.next_frame()
-            self._scene = read_scene(depsgraph, self._settings, self._camera, meshes=self._meshes)
-            self._session.show(self._scene, self._settings, self._camera)
+            camera = sync_view(context, depsgraph)
+            scene = self._reader.read(depsgraph, settings, camera, context.space_data)
+            if scene is not None or settings != known or not camera.same_as(self._camera):
+                self._scene, self._camera = scene or self._scene, camera
+                self._session.show(self._scene, settings, camera)
         except SceneError as error:
             self._problem = str(error)
         except Exception as error:
@@ -99,12 +94,6 @@ class Viewport:
         draw_texture_2d(self._texture, (0, 0), region.width, region.height)
         engine.unbind_display_space_shader()
         gpu.state.blend_set("NONE")
-
-
-def changed(depsgraph: bpy.types.Depsgraph) -> bool:
-    """Whether something other than a selection or a name was updated."""
-    flags = ("is_updated_geometry", "is_updated_shading", "is_updated_transform")
-    return any(getattr(update, flag) for update in depsgraph.updates for flag in flags)
 
 
 def settings_of(depsgraph: bpy.types.Depsgraph) -> RenderSettings:

@@ -46,10 +46,11 @@ class SceneDescription:
         """The number that stands for an attribute in programs and meshes; "" is the render UV map. See `names`."""
         return self.attribute_names.setdefault(name, len(self.attribute_names))
 
-    def commit(self, trees: Trees | None = None) -> Scene:
+    def commit(self, trees: Trees | None = None, before: Scene | None = None) -> Scene:
         """The scene of what this describes now; later changes are not seen in it. Its meshes' arrays are read-only.
 
-        trees: acceleration structures that earlier scenes have left. This needs no bpy, compiles the instructions that
+        trees: acceleration structures that earlier scenes have left. before: a scene whose tables of lights are taken
+        over as far as they are what would be built. This needs no bpy, compiles the instructions that
         the programs use, and may take its time: it can run on a thread of its own.
         """
-        return Scene(self, Trees() if trees is None else trees)
+        return Scene(self, Trees() if trees is None else trees, before)

@@ -19,15 +19,31 @@ def srgb_decode() -> np.ndarray:
 
 
 class ImageTable:
-    """The images of a scene by index and by key. Rows run from bottom to top, alpha is associated."""
+    """The images of a scene by index and by key. Rows run from bottom to top, alpha is associated.
 
-    def __init__(self) -> None:
+    before: a table whose images are taken over when they are asked for.
+    """
+
+    def __init__(self, before: ImageTable | None = None) -> None:
         self._pixels: list[np.ndarray] = []
         self._decodes: list[np.ndarray | None] = []
         self._indices: dict[Hashable, int] = {}
+        self._before = before and before.copy()
+
+    def copy(self) -> ImageTable:
+        """A table of the same images, to be changed apart from this one."""
+        result = ImageTable()
+        result._pixels, result._decodes = list(self._pixels), list(self._decodes)
+        result._indices = dict(self._indices)
+        return result
 
     def __len__(self) -> int:
         return len(self._pixels)
+
+    def same_as(self, other: ImageTable) -> bool:
+        """Whether `other` has our arrays under our indices."""
+        here, there = [*self._pixels, *self._decodes], [*other._pixels, *other._decodes]
+        return len(here) == len(there) and all(a is b for a, b in zip(here, there, strict=True))
 
     @property
     def nbytes(self) -> int:
@@ -38,13 +54,22 @@ class ImageTable:
         """The keys of all images, in the order of their indices."""
         return iter(self._indices)
 
+    def drop(self, key: Hashable) -> None:
+        """Forget the image of before that was added under this key."""
+        if self._before:
+            self._before._indices.pop(key, None)
+
     def pixels(self, index: int) -> np.ndarray:
         """The pixels of an image (height, width, 4)."""
         return self._pixels[index]
 
     def find(self, key: Hashable) -> int | None:
-        """The index of the image that was added under this key."""
-        return self._indices.get(key)
+        """The index of the image that was added under this key, here or before."""
+        index = self._indices.get(key)
+        there = self._before._indices.get(key) if index is None and self._before else None
+        if there is not None:
+            index = self.add(key, self._before._pixels[there], self._before._decodes[there])
+        return index
 
     def add(self, key: Hashable, pixels: np.ndarray, decode: np.ndarray | None = None) -> int:
         """The index of new pixels, uint8 or float32 [height, width, 4]; those of a known key are replaced in place.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -95,11 +96,13 @@ class _Group:
 class LightTable(Table):
     """What light selection needs of a scene that is being committed: its instances, programs and world are in place.
 
-    lamps: LIGHT records in any order, here in that of kernels. weights: of each, by about the irradiance that all of a
-    kind send. first_emitters: INSTANCE.lights of each instance.
+    lamps: LIGHT records in any order, here in that of kernels. known: `groups` of another table, whose programs found
+    the same images and tables. weights: of each, by about the irradiance that all of a kind send. first_emitters:
+    INSTANCE.lights of each instance. groups: the emissive triangles of meshes, by all that they are made of.
     """
 
-    def __init__(self, scene: Scene, lamps: np.ndarray) -> None:
+    def __init__(self, scene: Scene, lamps: np.ndarray, known: Mapping[Hashable, _Group] | None = None) -> None:
+        self._known, self.groups = known or {}, {}
         self._table = np.zeros(1, rec.LIGHT_TABLE)
         self._kept: list = []  # what addresses point to
         self.lamps, bounds = _in_order(lamps)
@@ -113,6 +116,7 @@ class LightTable(Table):
             shares = (1.0 - _FLAT) * shares / shares.sum() + _FLAT * roots / roots.sum()
         for name, share in zip(("lamps", "triangles", "world"), shares, strict=True):
             self._table[0][name] = share
+        del self._known
         kinds = set(self.lamps["kind"].tolist())
         # Light that is not sampled is found by rays, and reservoirs keep it.
         of_surfaces = scene.shaders.materials["flags"][scene.material_slots]
@@ -207,7 +211,7 @@ class LightTable(Table):
             key = (int(instance["mesh"]), slots.tobytes())
             if key not in groups:
                 groups[key] = len(built)
-                built.append(self._group(scene, index, slots, emits))
+                built.append(self._known_group(scene, index, slots, emits))
             if built[groups[key]].power > 0.0:
                 emitters[used]["instance"], emitters[used]["group"] = index, groups[key]
                 used += 1
@@ -241,6 +245,25 @@ class LightTable(Table):
         bounds = scene.record["bounds"]
         size2 = float(((bounds[3:] - bounds[:3]) ** 2).sum()) / 16.0
         return float(power.sum()) / max(size2, 1e-12)
+
+    def _known_group(self, scene: Scene, index: int, slots: np.ndarray, emits: np.ndarray) -> _Group:
+        """What `_group` gives, from what is known where that is the same."""
+        mesh, materials = scene.meshes[scene.instances[index]["mesh"]], scene.shaders.materials[slots]
+        shape = (mesh.vertices, mesh.triangles, mesh.material_slots)
+        key = (*map(id, shape), emits[slots].tobytes())
+        key += tuple(materials[name].tobytes() for name in ("flags", "emission_estimate", "emission_sampling"))
+        if ((materials["flags"] & rec.MATERIAL_VARYING_EMISSION) != 0).any():
+            # It may depend on anything that the instance, its mesh and the programs say.
+            place = scene.instances[index : index + 1].copy()
+            if place["n_attributes"][0]:
+                return self._group(scene, index, slots, emits)
+            place["lights"], place["attributes"], place["mesh"], place["materials"] = 0, 0, 0, 0
+            programs = [scene.shaders[slot] for slot in slots.tolist()]
+            shape += (mesh, *programs)
+            key += (place.tobytes(), id(mesh), *map(id, programs))
+        group = self.groups[key] = self._known.get(key) or self._group(scene, index, slots, emits)
+        group.made_of = shape  # as long as it lives, nothing else takes their identity
+        return group
 
     def _group(self, scene: Scene, index: int, slots: np.ndarray, emits: np.ndarray) -> _Group:
         """The emissive triangles of an instance's mesh, weighed by area and luminance (watt by steradian, about)."""

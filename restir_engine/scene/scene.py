@@ -29,7 +29,7 @@ class Scene:
     tables see emission that depends on the camera. `warnings` goes on: what a render finds wrong is added to it.
     """
 
-    def __init__(self, description: SceneDescription, trees: Trees) -> None:
+    def __init__(self, description: SceneDescription, trees: Trees, before: Scene | None = None) -> None:
         self.meshes = tuple(description.meshes)
         self.instances = np.array(description.instances)
         self.material_slots = np.array(description.material_slots, np.int32)
@@ -46,9 +46,10 @@ class Scene:
         freeze(description.instance_attributes, description.images.arrays)
         self._commit_geometry(trees)
         self._commit_shading(description.images.records())
+        self.image_arrays = tuple(description.images.arrays)
         self.media_bounds = self._find_media()
-        self.world = self._commit_world(description)
-        self.lights = self._commit_lights(description.lights.lamps)
+        self.world = self._commit_world(description, before)
+        self.lights = self._commit_lights(description.lights.lamps, before)
         freeze(self._table, self.instances, self.material_slots)
         self._committed = True
 
@@ -146,16 +147,26 @@ class Scene:
         self._share("lobe_tables", lobe_tables())
         self._share("camera", np.array([self.camera.record()], rec.CAMERA))
 
-    def _commit_world(self, description: SceneDescription) -> WorldTable:
+    def looks_up_as(self, before: Scene) -> bool:
+        """Whether programs of `before` find the images and tables that they found there."""
+        images, tables = before.image_arrays, before.shaders.tables
+        return (
+            len(self.image_arrays) >= len(images)
+            and all(a is b for a, b in zip(self.image_arrays, images, strict=False))
+            and np.array_equal(self.shaders.tables[: len(tables)], tables)
+        )
+
+    def _commit_world(self, description: SceneDescription, before: Scene | None) -> WorldTable:
         record, world = self._table[0], description.world
         record["world_material"], record["world_seen_by"] = world.material, world.seen_by
-        table = WorldTable(self, world)
+        table = before.world if before and before.world.serves(self, world, before) else WorldTable(self, world)
         record["world_table"] = table.address
         return table
 
-    def _commit_lights(self, lamps: np.ndarray) -> LightTable:
+    def _commit_lights(self, lamps: np.ndarray, before: Scene | None) -> LightTable:
         record = self._table[0]
-        table = LightTable(self, lamps)
+        known = before.lights.groups if before and self.looks_up_as(before) else {}
+        table = LightTable(self, lamps, known)
         self.instances["lights"] = table.first_emitters
         record["lights"], record["n_lights"] = address(table.lamps), len(table.lamps)
         record["light_table"] = table.address

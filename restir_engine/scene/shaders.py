@@ -41,6 +41,11 @@ def constant_lambert(program: Program) -> np.ndarray | None:
     return program.constants[weight : weight + 3] * program.constants[color : color + 3]
 
 
+def alike(a: Program, b: Program) -> bool:
+    """Whether two programs do the same, where their tables and images are the same."""
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in Program.__dataclass_fields__)
+
+
 @dataclass(frozen=True)
 class Shaders:
     """Programs behind one another in `code` and `constants`, with `tables` and a MATERIAL record each."""
@@ -80,8 +85,31 @@ class ShaderTable:
         return len(self._programs) - 1
 
     def replace(self, index: int, program: Program) -> None:
-        """Put another program in the place of one; nothing that refers to the index need change."""
-        self._programs[index] = program
+        """Put another program in the place of one, if it differs; nothing that refers to the index need change."""
+        if not alike(program, self._programs[index]):
+            self._programs[index] = program
+
+    def copy(self, tables: bool = True) -> ShaderTable:
+        """A table of the same programs, to be changed apart from this one; tables: and of what they look up."""
+        result = ShaderTable()
+        result._programs = list(self._programs)
+        if tables:
+            result._table_parts = list(self._table_parts)
+            result._table_offsets, result._table_size = dict(self._table_offsets), self._table_size
+        return result
+
+    def same_as(self, other: ShaderTable) -> bool:
+        """Whether `other` has our programs and tables; where one is a copy of the other this is quick."""
+        return (
+            len(self._programs) == len(other._programs)
+            and all(a is b or alike(a, b) for a, b in zip(self._programs, other._programs, strict=True))
+            and self._table_offsets == other._table_offsets
+        )
+
+    @property
+    def table_size(self) -> int:
+        """The length of all tables, in floats."""
+        return self._table_size
 
     def table(self, values: np.ndarray) -> int:
         """The offset in `tables` (in floats) of these values; equal tables are kept once."""

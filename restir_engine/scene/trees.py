@@ -14,6 +14,10 @@ from .recent import Recent
 # built anew into the tree over the world.
 LARGE = 100_000
 
+# Triangles from which a mesh is always instanced where that is wanted: an edit of anything builds the tree over the
+# world again, which then has an entry of it in place of its triangles.
+INSTANCED = 1_000
+
 # Seconds by which a triangle lengthens the building of the tree over the world, and by how much rays are slower that
 # have to enter trees below it (4 to 10 %): a long render is done sooner with all triangles in the tree over the world.
 _BUILT, _SLOWER = 0.6e-6, 0.07
@@ -33,7 +37,7 @@ class Trees:
     """Owner of the bottom-level structures that the scenes of this frame and of the one before have used.
 
     A mesh is known again by its arrays of vertices and triangles, which do not change once they are committed. The
-    pictures are the same to the last bit whatever is kept; but for meshes in motion where these are `instanced`.
+    pictures are the same to the last bit whatever is kept; but where meshes are `instanced`, as in the 3D view.
     """
 
     def __init__(self, instanced: bool = False) -> None:
@@ -64,8 +68,10 @@ class Trees:
         """A mesh at its only place, float32 (12,).
 
         What is small or seen for the first time goes into the tree over the world. A large mesh that stands where it
-        stood gets a structure in world space; one that has moved is instanced if that is wanted.
+        stood gets a structure in world space.
         """
+        if self._instanced and len(mesh.triangles) >= INSTANCED:
+            return Placed(mask, transform, scene=self.of(mesh))
         if len(mesh.triangles) < LARGE:
             return _in_world(mesh, transform, mask)
         self._large += len(mesh.triangles)
@@ -73,11 +79,7 @@ class Trees:
         before = self._seen.get(shape)
         self._seen.put(shape, _Kept(mesh, None, place))
         pays = max(self._large, self._large_before) * _BUILT > self._rendered * _SLOWER
-        if before is None or not pays:
-            return _in_world(mesh, transform, mask)
-        if self._instanced and (before.place != place or self._own.get(shape)):
-            return Placed(mask, transform, scene=self.of(mesh))
-        if before.place != place:
+        if before is None or not pays or before.place != place:
             return _in_world(mesh, transform, mask)
         standing = self._standing.get(shape)
         if standing is None or standing.place != place:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,6 +51,7 @@ class WorldTable(Table):
 
     def __init__(self, scene: Scene, world: World) -> None:
         self.material, self.mean = world.material, 0.0
+        self._world = replace(world)
         self._sun_angle = world.sun_angle
         self._table = np.zeros(1, rec.WORLD_TABLE)
         self._marginal = np.zeros(0, np.float32)
@@ -61,6 +62,15 @@ class WorldTable(Table):
         if world.material >= 0 and world.map_width > 0:
             self._bake(scene, world.map_width)
         self._table.flags.writeable = False
+
+    def serves(self, scene: Scene, world: World, before: Scene) -> bool:
+        """Whether this table of the scene `before` is what `world` would get in another one that is being committed.
+
+        Light that depends on who looks keeps the map that it has had.
+        """
+        if world != self._world or not scene.looks_up_as(before):
+            return False
+        return world.material < 0 or scene.shaders[world.material] is before.shaders[world.material]
 
     @property
     def sampled(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -25,8 +26,16 @@ from .left_out import note_hair, note_object, note_scene
 from .lights import sync_light
 from .materials import Materials
 from .mesh import readable
-from .mesh_cache import MeshCache
-from .objects import asset_name, instance_flags, instancer_values, name_random, property_value, rays_that_see
+from .mesh_cache import MeshCache, memory_of
+from .objects import (
+    asset_name,
+    instance_flags,
+    instancer_values,
+    name_random,
+    placed_by,
+    property_value,
+    rays_that_see,
+)
 from .world import sync_world
 
 
@@ -39,12 +48,19 @@ def build_scene(depsgraph, settings) -> Scene:
 
 
 def read_scene(
-    depsgraph, settings, camera: Camera | None = None, camera_object=None, meshes: MeshCache | None = None
+    depsgraph,
+    settings,
+    camera: Camera | None = None,
+    camera_object=None,
+    meshes: MeshCache | None = None,
+    materials: Callable[[SceneDescription], Materials] = Materials,
+    space=None,
 ) -> SceneDescription:
     """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
 
     camera, or the object camera_object: who looks, where that is not the scene's camera. meshes: those that
-    earlier frames have read. Raises SceneError where no picture can come of it.
+    earlier frames have read. materials: gives the programs for a description. space: the 3D view that shows it.
+    Raises SceneError where no picture can come of it.
     """
     meshes = MeshCache() if meshes is None else meshes
     scene = SceneDescription(meshes.attribute_names)
@@ -55,9 +71,10 @@ def read_scene(
     scene.frames_per_second = render.fps / render.fps_base
     scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
     note_scene(depsgraph, scene.warnings)
-    reader = _Reader(scene, depsgraph, settings, meshes)
+    reader = _Reader(scene, depsgraph, settings, meshes, materials(scene), space)
     reader.read()
     sync_world(scene, depsgraph, reader.materials)
+    reader.materials.compiled()
     return scene
 
 
@@ -91,7 +108,9 @@ _NO_ID = 0x7FFFFFFF  # ends a persistent_id, which goes from the innermost insta
 class _Reader:
     """One walk over the instances of a depsgraph."""
 
-    def __init__(self, scene: SceneDescription, depsgraph, settings, meshes: MeshCache) -> None:
+    def __init__(
+        self, scene: SceneDescription, depsgraph, settings, meshes: MeshCache, materials: Materials, space
+    ) -> None:
         self.scene = scene
         self._cache = meshes
         self.depsgraph = depsgraph
@@ -99,7 +118,8 @@ class _Reader:
         self.view_layer = depsgraph.view_layer
         self.override = depsgraph.view_layer_eval.material_override
         self.culling = Culling(depsgraph.scene_eval, scene.camera)
-        self.materials = Materials(scene)
+        self.materials = materials
+        self._space = space
         self._placed: list[_Placed] = [_Placed(-1)]
         self._by_key: dict[tuple[int, ...], int] = {}
         self._meshes: dict[int, tuple[int, int]] = {}  # datablock → index, number of names known when it was read
@@ -141,6 +161,8 @@ class _Reader:
 
     def _first(self, instance, item, data) -> int:
         """What `_visit` gives for a combination of object, data and instancer that is seen for the first time."""
+        if self._space is not None and not placed_by(instance).original.visible_in_viewport_get(self._space):
+            return 0
         if instance.show_particles:
             note_hair(item, self.scene.warnings)
         if item.type == "LIGHT":
@@ -160,7 +182,7 @@ class _Reader:
         if not isinstance(data, bpy.types.Mesh) or not self.depsgraph.view_layer_eval.use_solid:
             return None
         materials = self._material_indices(item, data)
-        mesh = self._mesh(item, data)
+        mesh = self._mesh(instance, item, data)
         if mesh < 0:
             return None
         flags = instance_flags(instance, self.view_layer)
@@ -201,7 +223,7 @@ class _Reader:
             self._slot_values.extend(materials)
         return start
 
-    def _mesh(self, item, data) -> int:
+    def _mesh(self, instance, item, data) -> int:
         """The index of the mesh of an object, read at first sight; -1: there is none.
 
         Call when the programs of the object's materials are compiled: they name the attributes that are read.
@@ -209,8 +231,13 @@ class _Reader:
         index, asked = self._meshes.get(data.as_pointer(), (None, 0))
         if index == -1 or asked == len(self.scene.attribute_names):
             return index
-        with readable(item, data, self.depsgraph) as source:
-            mesh = self._cache.read(self.scene, source, len(item.modifiers) > 0 or data.shape_keys is not None)
+        owners = (item, data, instance.parent, instance.instance_object)
+        place = memory_of(data, owners)
+        mesh = self._cache.untouched(self.scene, data, place)
+        if mesh is None:
+            with readable(item, data, self.depsgraph) as source:
+                deformed = len(item.modifiers) > 0 or data.shape_keys is not None
+                mesh = self._cache.read(self.scene, source, deformed, place)
         if index is None:
             index = -1 if mesh is None else len(self.scene.meshes)
             self.scene.meshes += [] if mesh is None else [mesh]

@@ -42,17 +42,6 @@ def tile_indices(scene, image: bpy.types.Image, warn) -> dict[int, int]:
     return {tile.number: _add(scene, image, 0, tile.number, warn) for tile in image.tiles}
 
 
-def refresh_image(scene, image: bpy.types.Image) -> bool:
-    """Read an image that has changed again, in place; False: it is not used."""
-    image = image.original
-    used = [key for key in scene.images if key[0] == image.session_uid]
-    for key in used:
-        found = _read(image, key[1], key[2], lambda text: None)
-        if found is not None:
-            scene.images.add(key, *found)
-    return bool(used)
-
-
 def associates_alpha(image: bpy.types.Image) -> bool:
     """Whether colours end up multiplied by alpha, and are divided again where a node's alpha output is used."""
     return not image.colorspace_settings.is_data and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")

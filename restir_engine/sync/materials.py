@@ -9,7 +9,9 @@ import bpy
 from ..kernels.core.records import MATERIAL_BUMP_UNCORRECTED, MATERIAL_SUBSURFACE, MATERIAL_VARYING_EMISSION
 from ..kernels.lobes.nodes import BSDF_NODES, DIFFUSE, MULTI_GGX, NORMAL, TANGENT
 from ..kernels.shading import opcodes as ops
+from ..scene.images import ImageTable
 from ..scene.shaders import Program
+from .changes import Changes
 from .nodes import Compiler
 from .nodes.subsurface import Subsurface, material_subsurface
 
@@ -21,12 +23,53 @@ _DEFAULT_NAME = "default_surface"  # as Cryptomatte names it
 _DEFAULT_SURFACE = {"Base Color": 0.8, "Roughness": 0.5, "IOR": 1.5, "Alpha": 1.0}  # of Cycles' Principled, else 0
 
 
+# Tables and images that programs no longer use are given up when there is so much more of them than there was.
+_MOST_TABLES, _MOST_IMAGES = 1 << 20, 1 << 28  # floats, bytes
+
+
 class Materials:
-    """Indices of programs; each datablock is compiled when it is first asked for."""
+    """Indices of programs; each datablock is compiled when it is first asked for.
+
+    They can serve one description after another: what is compiled from a datablock that has not changed is kept.
+    """
 
     def __init__(self, scene) -> None:
         self._scene = scene
         self._indices: dict[int | None, int] = {}
+        self._lights: dict[int, Program] = {}
+        self._objects: dict[int, set[int]] = {}  # by datablock, whose places its program contains
+        self._stale: set[int | None] = set()
+        self._kept = 0, 0  # size of tables and images when all was compiled
+
+    def go_on(self, scene, changes: Changes | None) -> None:
+        """Serve the description `scene`, which has no programs yet; changes: None where all is to be compiled again.
+
+        A datablock keeps its index. What compiling a datablock has warned of is not said again.
+        """
+        shaders, images = self._scene.shaders, self._scene.images
+        grown = shaders.table_size > self._kept[0] + _MOST_TABLES or images.nbytes > self._kept[1] + _MOST_IMAGES
+        everything = changes is None or changes.shared or changes.images or grown
+        for kind, names in self._scene.manifests.names.items():
+            scene.manifests.names[kind].update(names if kind == "Material" else {})
+        scene.shaders = shaders.copy(tables=not everything)
+        scene.images = ImageTable(images) if everything else images.copy()
+        for key in images if changes and changes.images else ():
+            if key[0] in changes.images:
+                scene.images.drop(key)
+        if everything:
+            stale, self._kept = {*self._indices, *self._lights}, (0, 0)
+        else:
+            named = changes.shaders | changes.places
+            stale = {key for key, objects in self._objects.items() if key in named or objects & named}
+        self._stale |= stale
+        for key in stale:
+            self._lights.pop(key, None)
+        self._scene = scene
+
+    def compiled(self) -> None:
+        """All that the description needs has been asked for."""
+        if self._kept == (0, 0):
+            self._kept = self._scene.shaders.table_size, self._scene.images.nbytes
 
     def index(self, material: bpy.types.Material | None) -> int:
         """The program of a material; that of an empty slot for None."""
@@ -40,7 +83,10 @@ class Materials:
         """The program whose emission multiplies the lamp's own, -1 when that is 1 everywhere."""
         if not _has_nodes(light):
             return -1
-        program = self._compiled(Compiler(self._scene, "Light", light.name), light)
+        key = light.original.session_uid
+        if key not in self._lights:
+            self._lights[key] = self._compiled(Compiler(self._scene, "Light", light.name), light)
+        program = self._lights[key]
         constant = not program.flags & MATERIAL_VARYING_EMISSION
         if constant and all(abs(x - 1.0) < 1e-6 for x in program.emission_estimate):
             return -1
@@ -50,6 +96,9 @@ class Materials:
         key = None if datablock is None else datablock.original.session_uid
         if key not in self._indices:
             self._indices[key] = self._scene.shaders.add(make())
+        elif key in self._stale:
+            self._scene.shaders.replace(self._indices[key], make())
+        self._stale.discard(key)
         return self._indices[key]
 
     def _material(self, material) -> Program:
@@ -87,6 +136,7 @@ class Materials:
 
     def _compiled(self, compiler: Compiler, datablock) -> Program:
         """The program of a datablock's tree; one that defeats a converter is no reason to stop a render."""
+        self._objects[datablock.original.session_uid] = compiler.objects
         try:
             if not _has_nodes(datablock):
                 return compiler.compile(None)

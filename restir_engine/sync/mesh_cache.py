@@ -4,6 +4,9 @@ Blender does not say what of a mesh has changed between two frames of an animati
 depsgraph of its own, all of it new, unless "Persistent Data" is on. So what a mesh is made from is read each time, at
 the speed of copying memory, and its digest is looked up. A mesh is the same where all of it is the same, whatever its
 name, object or datablock; what Blender derives from it (triangles apart), what we do, and its structure are kept.
+
+In the 3D view there is one depsgraph, which names what it has evaluated anew; a mesh that is where it was, and that
+nothing names, is not even looked at.
 """
 
 from __future__ import annotations
@@ -31,6 +34,23 @@ class _Kept(NamedTuple):
     asked: int  # how many names of attributes were known when it was read
 
 
+class Memory(NamedTuple):
+    """Where an evaluated mesh lies, and the `session_uid`s of all that it may be evaluated from."""
+
+    address: int
+    owners: frozenset[int]
+
+
+def memory_of(data: bpy.types.Mesh, owners: tuple[bpy.types.ID | None, ...]) -> Memory:
+    """The `Memory` of an evaluated mesh and its owners."""
+    return Memory(data.as_pointer(), frozenset(owner.original.session_uid for owner in owners if owner is not None))
+
+
+class _Standing(NamedTuple):
+    key: Hashable
+    shape: Hashable
+
+
 class MeshCache:
     """Owner of the meshes that this frame and the one before have read, and of their attributes' names."""
 
@@ -38,19 +58,44 @@ class MeshCache:
         self.attribute_names = names.reserved()
         self._meshes: Recent[_Kept] = Recent()  # by shape and look
         self._shapes: Recent[Mesh] = Recent()
+        self._standing: Recent[_Standing] = Recent()
+        self._changed: frozenset[int] | None = None
         self._memory = np.empty(0, np.uint8)  # where what is only looked at is read to
 
-    def next_frame(self) -> None:
-        """Give up what the last frame did not show."""
-        self._meshes.next_frame()
-        self._shapes.next_frame()
+    def next_frame(self, changed: frozenset[int] | None = None) -> None:
+        """Give up what the last frame did not show.
 
-    def read(self, scene: SceneDescription, data: bpy.types.Mesh, deformed: bool) -> Mesh | None:
-        """What `read_mesh` gives, for a scene with our names of attributes."""
+        changed: `session_uid`s of objects and data whose geometry has been evaluated anew; None: that is not known.
+        """
+        self._changed = changed
+        for recent in (self._meshes, self._shapes, self._standing):
+            recent.next_frame()
+
+    def untouched(self, scene: SceneDescription, data: bpy.types.Mesh, memory: Memory) -> Mesh | None:
+        """The mesh that was read from `data` in the last frame, if nothing has named it or its owners since."""
+        if self._changed is None or memory.owners & self._changed or data.is_editmode:
+            return None
+        standing = self._standing.get(memory)
+        kept = standing and self._meshes.get(standing.key)
+        if not kept:
+            return None
+        self._shapes.get(standing.shape)
+        if kept.asked == len(scene.attribute_names):
+            return kept.mesh
+        mesh = _extended(scene, data, kept.mesh)
+        self._meshes.put(standing.key, _Kept(mesh, len(scene.attribute_names)))
+        return mesh
+
+    def read(
+        self, scene: SceneDescription, data: bpy.types.Mesh, deformed: bool, memory: Memory | None = None
+    ) -> Mesh | None:
+        """What `read_mesh` gives, for a scene with our names of attributes; memory: under which it is `untouched`."""
         if not len(data.loop_triangles):
             return None
         shape = self._shape(data)
         key = shape, self._look(data, deformed)
+        if memory:
+            self._standing.put(memory, _Standing(key, shape))
         kept, known = self._meshes.get(key), self._shapes.get(shape)
         if kept is None:
             mesh = read_mesh(scene, data, deformed)

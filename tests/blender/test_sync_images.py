@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from restir_engine.scene.description import SceneDescription
-from restir_engine.sync.images import image_index, refresh_image, tile_indices
+from restir_engine.scene.images import ImageTable
+from restir_engine.sync.images import image_index, tile_indices
 
 
 @pytest.fixture(autouse=True)
@@ -50,15 +51,18 @@ def test_pixels_that_are_not_numbers_are_black():
     assert np.isfinite(kept).all() and not kept[1].any() and not kept[2].any() and kept[3].all()
 
 
-def test_a_changed_image_is_replaced_in_place():
-    scene, image = SceneDescription(), picture()
-    index = image_index(scene, image, user(), pytest.fail)
-    before = scene.images.records()[index]["pixels"]
-    image.scale(8, 8)
-    assert refresh_image(scene, image)
-    record = scene.images.records()[index]
-    assert record["width"] == 8 and record["pixels"] != before and len(scene.images) == 1
-    assert not refresh_image(scene, picture("unused"))
+def test_images_of_another_table_are_taken_over_unless_they_have_changed():
+    scene, same, changed = SceneDescription(), picture(), picture("changed")
+    for image in (same, changed):
+        image_index(scene, image, user(), pytest.fail)
+    again = SceneDescription()
+    again.images = ImageTable(scene.images)
+    again.images.drop((changed.session_uid, 0, 0))
+    changed.scale(8, 8)
+    there = [image_index(again, image, user(), pytest.fail) for image in (changed, same)]
+    assert there == [0, 1]
+    assert again.images.pixels(0).shape[1] == 8
+    assert again.images.pixels(1) is scene.images.pixels(0)
 
 
 def test_memory_that_blender_did_not_use_is_given_back(tmp_path):

@@ -112,6 +112,7 @@ def texture_coordinate(c, node):
 def _object_coordinates(c, target) -> int:
     if target is None:
         return point(c, ops.POINT_OBJECT)
+    c.objects.add(target.original.session_uid)
     matrix = np.array(target.matrix_world, np.float64)
     inverse = np.linalg.pinv(matrix) if abs(np.linalg.det(matrix)) < 1e-30 else np.linalg.inv(matrix)
     out = c.allocate(3)

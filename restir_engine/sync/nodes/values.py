@@ -39,6 +39,7 @@ class ValueCompiler(Assembler):
         self._nodes: list[bpy.types.Node] = []  # being converted, for warnings and against cycles
         self._active: set = set()
         self._cache: dict = {}
+        self.objects: set[int] = set()  # session_uids of those whose place is a constant of the program
 
     # What converters call -----------------------------------------------------------------------------------
 
