@@ -3,15 +3,16 @@
 import ctypes
 import importlib.util
 import os
-from ctypes import c_bool, c_char_p, c_int, c_size_t, c_ssize_t, c_uint, c_void_p
+from ctypes import c_bool, c_char_p, c_float, c_int, c_size_t, c_ssize_t, c_uint, c_void_p
 from functools import cache
 from pathlib import Path
 
 import llvmlite.binding
 
-TRIANGLES, INSTANCE = 0, 121
-BUFFER_INDEX, BUFFER_VERTEX = 0, 1
-UINT3, FLOAT3, FLOAT3X4_ROW_MAJOR = 0x5003, 0x9003, 0x9134
+TRIANGLES, ROUND_LINEAR, SPHERES, ROUND_CATMULL_ROM, FLAT_CATMULL_ROM, INSTANCE = 0, 16, 50, 58, 59, 121
+BUFFER_INDEX, BUFFER_VERTEX, BUFFER_FLAGS = 0, 1, 32
+UCHAR, UINT, UINT3, FLOAT3, FLOAT4, FLOAT3X4_ROW_MAJOR = 0x1001, 0x5001, 0x5003, 0x9003, 0x9004, 0x9134
+CURVE_NEIGHBOR_LEFT, CURVE_NEIGHBOR_RIGHT = 1, 2
 SCENE_ROBUST, SCENE_ARGUMENT_FILTER = 4, 8
 QUALITY_MEDIUM = 1
 RAY_MASK_SUPPORTED = 64
@@ -35,6 +36,9 @@ _API = {
     "rtcCommitGeometry": (None, [c_void_p]),
     "rtcSetGeometryMask": (None, [c_void_p, c_uint]),
     "rtcSetGeometryBuildQuality": (None, [c_void_p, c_int]),
+    "rtcSetGeometryTessellationRate": (None, [c_void_p, c_float]),
+    "rtcSetGeometryIntersectFilterFunction": (None, [c_void_p, c_void_p]),
+    "rtcSetGeometryOccludedFilterFunction": (None, [c_void_p, c_void_p]),
     "rtcAttachGeometryByID": (None, [c_void_p, c_void_p, c_uint]),
     "rtcDetachGeometry": (None, [c_void_p, c_uint]),
     "rtcSetSharedGeometryBuffer": (

@@ -1,4 +1,4 @@
-"""Acceleration structures: scenes of single meshes, and the world that holds triangles and instances of them."""
+"""Acceleration structures: scenes of single shapes, and the world that holds triangles and instances of these."""
 
 from dataclasses import dataclass
 
@@ -35,13 +35,16 @@ class _Scene:
 
     def _attach_triangles(self, vertices: np.ndarray, triangles: np.ndarray, index: int, mask: int) -> None:
         """Attach triangles under the geometry ID `index`; the arrays must live as long as this scene."""
-        geometry = self._rtc.rtcNewGeometry(self._device.handle, lib.TRIANGLES)
-        for kind, fmt, array in (
-            (lib.BUFFER_VERTEX, lib.FLOAT3, vertices),
-            (lib.BUFFER_INDEX, lib.UINT3, triangles),
-        ):
-            self._rtc.rtcSetSharedGeometryBuffer(geometry, kind, 0, fmt, array.ctypes.data, 0, 12, len(array))
-        self._attach(geometry, index, mask)
+        buffers = (lib.BUFFER_VERTEX, lib.FLOAT3, vertices), (lib.BUFFER_INDEX, lib.UINT3, triangles)
+        self._attach(self._geometry(lib.TRIANGLES, *buffers), index, mask)
+
+    def _geometry(self, kind: int, *buffers: tuple[int, int, np.ndarray]) -> int:
+        """A new geometry over (buffer, format, array), a row an element; the arrays must live as long as this scene."""
+        geometry = self._rtc.rtcNewGeometry(self._device.handle, kind)
+        for buffer, fmt, array in buffers:
+            start, stride = array.ctypes.data, array.strides[0]
+            self._rtc.rtcSetSharedGeometryBuffer(geometry, buffer, 0, fmt, start, 0, stride, len(array))
+        return geometry
 
     def _attach(self, geometry: int, index: int, mask: int) -> None:
         self._rtc.rtcSetGeometryMask(geometry, mask)
@@ -54,17 +57,78 @@ class _Scene:
         self._device.check()
 
 
-class MeshScene(_Scene):
-    """The triangles of one mesh, in object space.
+class ShapeScene(_Scene):
+    """The primitives of one shape, in object space; the geometry ID that a ray reports tells which kind they are."""
+
+    def __init__(self) -> None:
+        super().__init__(lib.SCENE_ROBUST | lib.SCENE_ARGUMENT_FILTER, lib.QUALITY_MEDIUM)
+
+    def _filter(self, geometry: int, function: int) -> None:
+        """Let the function at an address refuse hits, with RTCFilterFunctionNArguments; 0: none."""
+        if function:
+            self._rtc.rtcSetGeometryIntersectFilterFunction(geometry, function)
+            self._rtc.rtcSetGeometryOccludedFilterFunction(geometry, function)
+
+
+class MeshScene(ShapeScene):
+    """The triangles of one mesh, in object space; their geometry ID is 0.
 
     vertices: float32 (n, 3), C-contiguous, with 4 readable bytes behind the last row (16-byte loads);
     triangles: uint32 (m, 3). Both are shared with Embree, which means that they must live as long as this.
     """
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
-        super().__init__(lib.SCENE_ROBUST | lib.SCENE_ARGUMENT_FILTER, lib.QUALITY_MEDIUM)
+        super().__init__()
         self._arrays = (vertices, triangles)
         self._attach_triangles(vertices, triangles, 0, lib.INVALID)
+        self._commit()
+
+
+class StrandScene(ShapeScene):
+    """Segments of strands under the geometry ID `index`; kind: ROUND_LINEAR or one of the Catmull-Rom curves.
+
+    points: float32 (n, 4), place and radius; segments: uint32 (m,), the first of the four points of each, of which it
+    leads from the second to the third; strands: int32 (m,), whose segment it is. pieces: by which flat curves are
+    approximated, a segment; filter: see `_filter`.
+    """
+
+    def __init__(
+        self,
+        index: int,
+        kind: int,
+        points: np.ndarray,
+        segments: np.ndarray,
+        strands: np.ndarray,
+        pieces: int,
+        filter: int,
+    ) -> None:
+        super().__init__()
+        buffers = [(lib.BUFFER_VERTEX, lib.FLOAT4, points)]
+        if kind == lib.ROUND_LINEAR:
+            same = strands[1:] == strands[:-1]
+            flags = np.zeros(len(segments), np.uint8)
+            flags[1:] |= np.where(same, lib.CURVE_NEIGHBOR_LEFT, 0).astype(np.uint8)
+            flags[:-1] |= np.where(same, lib.CURVE_NEIGHBOR_RIGHT, 0).astype(np.uint8)
+            buffers += [(lib.BUFFER_INDEX, lib.UINT, segments + np.uint32(1)), (lib.BUFFER_FLAGS, lib.UCHAR, flags)]
+        else:
+            buffers += [(lib.BUFFER_INDEX, lib.UINT, segments)]
+        self._arrays = buffers
+        geometry = self._geometry(kind, *buffers)
+        self._rtc.rtcSetGeometryTessellationRate(geometry, pieces)
+        self._filter(geometry, filter)
+        self._attach(geometry, index, lib.INVALID)
+        self._commit()
+
+
+class SphereScene(ShapeScene):
+    """Spheres under the geometry ID `index`. points: float32 (n, 4), place and radius; filter: see `_filter`."""
+
+    def __init__(self, index: int, points: np.ndarray, filter: int) -> None:
+        super().__init__()
+        self._arrays = points
+        geometry = self._geometry(lib.SPHERES, (lib.BUFFER_VERTEX, lib.FLOAT4, points))
+        self._filter(geometry, filter)
+        self._attach(geometry, index, lib.INVALID)
         self._commit()
 
 
@@ -74,7 +138,7 @@ class Placed:
 
     mask: int
     transform: np.ndarray  # float32 (12,), row-major 3x4
-    scene: MeshScene | None = None
+    scene: ShapeScene | None = None
     vertices: np.ndarray | None = None
     triangles: np.ndarray | None = None
 

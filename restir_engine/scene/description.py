@@ -10,9 +10,9 @@ from .camera import Camera
 from .cryptomatte import Manifests
 from .images import ImageTable
 from .lamps import Lamps
-from .mesh import Mesh
 from .scene import Scene
 from .shaders import ShaderTable
+from .shape import Shape
 from .trees import Trees
 from .warnings import Warnings
 from .world import World
@@ -25,7 +25,7 @@ class SceneDescription:
     """
 
     def __init__(self, attribute_names: dict[str, int] | None = None) -> None:
-        self.meshes: list[Mesh] = []
+        self.meshes: list[Shape] = []
         self.instances = np.zeros(0, rec.INSTANCE)
         self.material_slots = np.zeros(0, np.int32)
         self.instance_attributes: list = []  # what the instances' attribute tables need to stay alive

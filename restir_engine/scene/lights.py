@@ -17,6 +17,7 @@ from .emitter_tree import EmitterTree, Run, is_closed, morton_order, normals_and
 from .freeze import freeze
 from .lamp_tree import sphere_tree
 from .lamps import LUMINANCE
+from .mesh import Mesh
 from .table import Table
 
 if TYPE_CHECKING:
@@ -200,7 +201,10 @@ class LightTable(Table):
             return 0.0
         counts = np.concatenate([[0], np.cumsum(emits[scene.material_slots])])
         start = instances["materials"]
-        candidates = np.flatnonzero(counts[start + instances["n_materials"]] > counts[start])
+        # Strands and spheres are found by rays alone, as in Cycles.
+        have_triangles = np.array([isinstance(mesh, Mesh) for mesh in scene.meshes], bool)
+        emitting = counts[start + instances["n_materials"]] > counts[start]
+        candidates = np.flatnonzero(emitting & have_triangles[instances["mesh"]])
         groups: dict[tuple, int] = {}
         built: list[_Group] = []
         emitters = np.zeros(len(candidates), rec.EMITTER)

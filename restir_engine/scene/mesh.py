@@ -1,42 +1,18 @@
 """Triangle meshes, as arrays that kernels and Embree read in place."""
 
 import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernels.core.memory import address
-from ..kernels.core.records import ATTRIBUTE, DOMAIN_POINT, MESH
-from .freeze import freeze
-
-
-@dataclass
-class Attribute:
-    """A value for each element of a domain. name: interned; values: (elements, 1 to 4)."""
-
-    name: int
-    domain: int
-    values: np.ndarray
-
-    def __post_init__(self) -> None:
-        values = np.ascontiguousarray(self.values, np.float32)
-        self.values = values.reshape(len(values), -1)
-        if not 1 <= self.values.shape[1] <= 4:
-            raise ValueError("an attribute has one to four components")
-
-
-def attribute_table(attributes: list[Attribute]) -> np.ndarray:
-    """The ATTRIBUTE array; it does not keep the values alive."""
-    table = np.zeros(len(attributes), ATTRIBUTE)
-    for record, attribute in zip(table, attributes, strict=True):
-        record["name"], record["domain"] = attribute.name, attribute.domain
-        record["components"], record["values"] = attribute.values.shape[1], address(attribute.values)
-    return table
+from ..embree.scenes import MeshScene
+from ..kernels.core.records import DOMAIN_POINT
+from .shape import Shape
 
 
 @dataclass(eq=False)
-class Mesh:
-    """The arrays of a MESH record; None where the record allows an address of 0.
+class Mesh(Shape):
+    """Triangles: the arrays of a MESH record; None where the record allows an address of 0.
 
     `vertices` may be any (n, 3); it is kept with 16 readable bytes behind the last row, which Embree asks for. Corners
     and polygons left out stand for a mesh of separate triangles: three corners and one polygon each, in order.
@@ -44,17 +20,11 @@ class Mesh:
 
     vertices: np.ndarray
     triangles: np.ndarray
-    name: str = ""
-    problem: str = ""  # what of it is left out, and why
     corners: np.ndarray | None = None
     polygons: np.ndarray | None = None
     normals: np.ndarray | None = None
     normals_domain: int = DOMAIN_POINT
     smooth: np.ndarray | None = None
-    material_slots: np.ndarray | None = None
-    attributes: list[Attribute] = field(default_factory=list)
-    generated_offset: tuple[float, float, float] = (-1.0, -1.0, -1.0)
-    generated_scale: tuple[float, float, float] = (0.5, 0.5, 0.5)
 
     def __post_init__(self) -> None:
         self.vertices = padded(self.vertices)
@@ -75,37 +45,27 @@ class Mesh:
             if array is not None:
                 setattr(self, name, np.ascontiguousarray(array, dtype))
 
-    def freeze(self) -> None:
-        """Make all arrays read-only: scenes, acceleration structures and frames to come share them."""
-        freeze(self.vertices, self.triangles, self.corners, self.polygons, [a.values for a in self.attributes])
-        freeze(self.normals, self.smooth, self.material_slots)
-
-    def attribute(self, name: int) -> Attribute | None:
-        """The attribute of an interned name."""
-        return next((attribute for attribute in self.attributes if attribute.name == name), None)
-
-    def record(self, attributes: np.ndarray | None = None) -> np.void:
-        """The MESH record, without its acceleration structure; valid as long as this mesh and its arrays are.
-
-        attributes: the `attribute_table` of its attributes, where they are to be found.
-        """
-        result = np.zeros((), MESH)
-        for name in ("vertices", "triangles", "corners", "polygons", "normals", "smooth", "material_slots"):
-            result[name] = address(getattr(self, name))
-        result["n_vertices"], result["n_triangles"] = len(self.vertices), len(self.triangles)
-        result["normals_domain"] = self.normals_domain
-        if attributes is not None:
-            result["attributes"], result["n_attributes"] = address(attributes), len(attributes)
-        result["generated_offset"], result["generated_scale"] = self.generated_offset, self.generated_scale
-        return result[()]
+    @property
+    def arrays(self) -> dict[str, np.ndarray | None]:
+        names = ("vertices", "triangles", "corners", "polygons", "normals", "smooth", "material_slots")
+        return {name: getattr(self, name) for name in names}
 
     @property
-    def nbytes(self) -> int:
-        """Memory of all arrays."""
-        own = (self.vertices, self.triangles, self.corners, self.polygons)
-        optional = (self.normals, self.smooth, self.material_slots)
-        arrays = [*own, *(array for array in optional if array is not None)]
-        return sum(array.nbytes for array in arrays) + sum(a.values.nbytes for a in self.attributes)
+    def form(self) -> tuple[np.ndarray, ...]:
+        return self.vertices, self.triangles
+
+    @property
+    def points(self) -> np.ndarray:
+        return self.vertices
+
+    def tree(self) -> MeshScene:
+        return MeshScene(self.vertices, self.triangles)
+
+    def record(self, attributes: np.ndarray | None = None) -> np.void:
+        result = super().record(attributes)
+        result["n_vertices"], result["n_triangles"] = len(self.vertices), len(self.triangles)
+        result["normals_domain"] = self.normals_domain
+        return result
 
 
 def empty_vertices(count: int) -> np.ndarray:

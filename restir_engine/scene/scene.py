@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..embree.scenes import MeshScene, Placed, WorldScene
+from ..embree.scenes import Placed, ShapeScene, WorldScene
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
+from ..kernels.geometry.shapes import shape_entries
 from ..kernels.lobes import lobe_tables
 from ..kernels.shading.interpreter import shader_entries
 from .freeze import freeze
 from .lights import LightTable
-from .mesh import Mesh, attribute_table
+from .mesh import Mesh
+from .shape import Shape, attribute_table
 from .world import WorldTable
 
 if TYPE_CHECKING:
@@ -77,7 +79,8 @@ class Scene:
         record["flags"] |= rec.SCENE_HAS_TRANSPARENT if self._lets_through().any() else 0
         record["flags"] |= rec.SCENE_HAS_SUBSURFACE if scatters.any() else 0
         record["flags"] |= rec.SCENE_HAS_MEDIA if self._have_flag(rec.MATERIAL_MEDIUM).any() else 0
-        own = ((users > 1) | scatters & (users > 0)).tolist()
+        alone = np.array([isinstance(mesh, Mesh) for mesh in self.meshes], bool)  # may go into the world's tree
+        own = ((users > 1) | (scatters | ~alone) & (users > 0)).tolist()
         bottom = [trees.of(mesh) if has else None for mesh, has in zip(self.meshes, own, strict=True)]
         self._kept.append(bottom)
         meshes = np.zeros(len(self.meshes), rec.MESH)
@@ -88,6 +91,7 @@ class Scene:
             meshes[index]["embree"] = tree.handle if tree else 0
         self._share("meshes", meshes)
         record["n_meshes"] = len(meshes)
+        self._share("shape_entries", shape_entries(meshes["shape"]))
 
         transforms = np.ascontiguousarray(instances["to_world"], np.float32)
         content = [
@@ -123,7 +127,7 @@ class Scene:
         """Lower and upper corner, (3,) each, of all instances with a medium inside."""
         found = []
         for instance in self.instances[self._have_flag(rec.MATERIAL_MEDIUM)]:
-            points = self.meshes[instance["mesh"]].vertices @ instance["to_world"].reshape(3, 4)[:, :3].T
+            points = self.meshes[instance["mesh"]].points[:, :3] @ instance["to_world"].reshape(3, 4)[:, :3].T
             points = points + instance["to_world"].reshape(3, 4)[:, 3]
             if len(points):
                 found.append((points.min(0), points.max(0)))
@@ -173,8 +177,8 @@ class Scene:
         return table
 
 
-def _placed(mesh: Mesh, bottom: MeshScene | None, transform: np.ndarray, mask: int, trees: Trees) -> Placed:
-    """A mesh in the world: an instance of its own structure `bottom`, or what `trees` makes of the only place of it."""
+def _placed(mesh: Shape, bottom: ShapeScene | None, transform: np.ndarray, mask: int, trees: Trees) -> Placed:
+    """A shape in the world: an instance of its structure `bottom`, or what `trees` makes of the place of a mesh."""
     if not mask or bottom:
         return Placed(mask, transform, scene=bottom)
     return trees.place(mesh, transform, mask)

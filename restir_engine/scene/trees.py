@@ -1,4 +1,4 @@
-"""Acceleration structures of meshes, kept from scene to scene."""
+"""Acceleration structures of shapes, kept from scene to scene."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..embree.scenes import MeshScene, Placed
+from ..embree.scenes import MeshScene, Placed, ShapeScene
 from .mesh import Mesh, moved
 from .recent import Recent
+from .shape import Shape
 
 # Triangles of a mesh that may have a structure of its own where it stands in the world only once. Smaller ones are
 # built anew into the tree over the world.
@@ -28,16 +29,16 @@ _HERE = np.eye(3, 4, dtype=np.float32).ravel()
 class _Kept(NamedTuple):
     """What is known of a shape; its arrays are kept with it, so that nothing else takes their identity."""
 
-    mesh: Mesh
-    tree: MeshScene | None
+    shape: Shape
+    tree: ShapeScene | None
     place: bytes = b""  # of the structure in world space, or where the shape stood last
 
 
 class Trees:
     """Owner of the bottom-level structures that the scenes of this frame and of the one before have used.
 
-    A mesh is known again by its arrays of vertices and triangles, which do not change once they are committed. The
-    pictures are the same to the last bit whatever is kept; but where meshes are `instanced`, as in the 3D view.
+    A shape is known again by the arrays of its form, which do not change once they are committed. The pictures are the
+    same to the last bit whatever is kept; but where meshes are `instanced`, as in the 3D view.
     """
 
     def __init__(self, instanced: bool = False) -> None:
@@ -58,10 +59,10 @@ class Trees:
         """Tell how long the last scene was rendered, where what is built is rendered but once."""
         self._rendered = seconds
 
-    def of(self, mesh: Mesh) -> MeshScene:
-        """The structure of a mesh in object space."""
-        shape = _shape(mesh)
-        kept = self._own.get(shape) or self._own.put(shape, _Kept(mesh, MeshScene(mesh.vertices, mesh.triangles)))
+    def of(self, shape: Shape) -> ShapeScene:
+        """The structure of a shape in object space."""
+        key = _identity(shape)
+        kept = self._own.get(key) or self._own.put(key, _Kept(shape, shape.tree()))
         return kept.tree
 
     def place(self, mesh: Mesh, transform: np.ndarray, mask: int) -> Placed:
@@ -75,7 +76,7 @@ class Trees:
         if len(mesh.triangles) < LARGE:
             return _in_world(mesh, transform, mask)
         self._large += len(mesh.triangles)
-        shape, place = _shape(mesh), transform.tobytes()
+        shape, place = _identity(mesh), transform.tobytes()
         before = self._seen.get(shape)
         self._seen.put(shape, _Kept(mesh, None, place))
         pays = max(self._large, self._large_before) * _BUILT > self._rendered * _SLOWER
@@ -93,5 +94,5 @@ def _in_world(mesh: Mesh, transform: np.ndarray, mask: int) -> Placed:
     return Placed(mask, transform, vertices=vertices, triangles=mesh.triangles)
 
 
-def _shape(mesh: Mesh) -> tuple[int, int]:
-    return id(mesh.vertices), id(mesh.triangles)
+def _identity(shape: Shape) -> tuple[int, ...]:
+    return tuple(id(array) for array in shape.form)

@@ -15,11 +15,13 @@ from ..scene import names
 from ..scene.camera import Camera
 from ..scene.description import SceneDescription
 from ..scene.instances import build_instances, thickened, usable
-from ..scene.mesh import Attribute, attribute_table, with_normals_for
+from ..scene.mesh import Mesh, with_normals_for
 from ..scene.scene import Scene
+from ..scene.shape import Attribute, Shape, attribute_table
 from ..settings import aov_channels
 from .camera import sync_camera
 from .culling import Culled, Culling
+from .curves import read_curves, strand_look
 from .hashing import hash_uint2, to_unit
 from .identity import name_key, numbered
 from .left_out import note_hair, note_object, note_scene
@@ -36,6 +38,7 @@ from .objects import (
     property_value,
     rays_that_see,
 )
+from .points import read_points
 from .world import sync_world
 
 
@@ -179,10 +182,10 @@ class _Reader:
         if not seen_by:
             return None
         note_object(item, self.scene.warnings)
-        if not isinstance(data, bpy.types.Mesh) or not self.depsgraph.view_layer_eval.use_solid:
+        if not self._is_shown(data):
             return None
         materials = self._material_indices(item, data)
-        mesh = self._mesh(instance, item, data)
+        mesh = self._shape(instance, item, data)
         if mesh < 0:
             return None
         flags = instance_flags(instance, self.view_layer)
@@ -210,6 +213,13 @@ class _Reader:
             instancer=self._instancer_values(instance),
         )
 
+    def _is_shown(self, data) -> bool:
+        """Whether data is of a kind that is rendered, and that the view layer shows."""
+        layer = self.depsgraph.view_layer_eval
+        if isinstance(data, bpy.types.Curves):
+            return layer.use_strand
+        return isinstance(data, bpy.types.PointCloud) or (isinstance(data, bpy.types.Mesh) and layer.use_solid)
+
     def _material_indices(self, item, data) -> tuple[int, ...]:
         materials = [slot.material for slot in item.material_slots] or list(getattr(data, "materials", ()))
         if self.override is not None:
@@ -223,21 +233,15 @@ class _Reader:
             self._slot_values.extend(materials)
         return start
 
-    def _mesh(self, instance, item, data) -> int:
-        """The index of the mesh of an object, read at first sight; -1: there is none.
+    def _shape(self, instance, item, data) -> int:
+        """The index of the shape of an object, read at first sight; -1: there is none.
 
         Call when the programs of the object's materials are compiled: they name the attributes that are read.
         """
         index, asked = self._meshes.get(data.as_pointer(), (None, 0))
         if index == -1 or asked == len(self.scene.attribute_names):
             return index
-        owners = (item, data, instance.parent, instance.instance_object)
-        place = memory_of(data, owners)
-        mesh = self._cache.untouched(self.scene, data, place)
-        if mesh is None:
-            with readable(item, data, self.depsgraph) as source:
-                deformed = len(item.modifiers) > 0 or data.shape_keys is not None
-                mesh = self._cache.read(self.scene, source, deformed, place)
+        mesh = self._read(instance, item, data)
         if index is None:
             index = -1 if mesh is None else len(self.scene.meshes)
             self.scene.meshes += [] if mesh is None else [mesh]
@@ -245,6 +249,20 @@ class _Reader:
             self.scene.meshes[index] = mesh
         self._meshes[data.as_pointer()] = (index, len(self.scene.attribute_names))
         return index
+
+    def _read(self, instance, item, data) -> Shape | None:
+        """What an evaluated object's data is rendered as; None: it is empty."""
+        if isinstance(data, bpy.types.Curves):
+            return read_curves(self.scene, data, strand_look(self.depsgraph.scene_eval))
+        if isinstance(data, bpy.types.PointCloud):
+            return read_points(self.scene, data)
+        place = memory_of(data, (item, data, instance.parent, instance.instance_object))
+        mesh = self._cache.untouched(self.scene, data, place)
+        if mesh is None:
+            with readable(item, data, self.depsgraph) as source:
+                deformed = len(item.modifiers) > 0 or data.shape_keys is not None
+                mesh = self._cache.read(self.scene, source, deformed, place)
+        return mesh
 
     def _properties(self, instance) -> list[Attribute]:
         """The properties of an object, or of what it belongs to, that Attribute nodes ask for."""
@@ -324,7 +342,8 @@ class _Reader:
         shown = np.bincount(self.scene.instances["mesh"], minlength=len(self.scene.meshes))
         for instance in self.scene.instances[shown[self.scene.instances["mesh"]] == 1]:
             index = instance["mesh"]
-            self.scene.meshes[index] = with_normals_for(self.scene.meshes[index], instance["to_object"])
+            if isinstance(self.scene.meshes[index], Mesh):
+                self.scene.meshes[index] = with_normals_for(self.scene.meshes[index], instance["to_object"])
 
     def _attach_attributes(self, which: np.ndarray, chosen: np.ndarray) -> None:
         """Give the instances their attributes. which: their `_Placed`; chosen: their place in the depsgraph."""

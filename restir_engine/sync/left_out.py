@@ -60,8 +60,6 @@ WORLD = LIGHT
 # Blender lists curves, text, surfaces and metaballs twice: as themselves, and, where they have faces, as an instance
 # with a mesh of its own. What is left has no triangles.
 DATA = {
-    "Curves": "hair curves are not rendered; convert them to a mesh to see them",
-    "PointCloud": "point clouds are not rendered; instance a mesh on the points to see them",
     "Volume": "volumes are not rendered; convert them to a mesh to see their shape",
     "GreasePencil": "grease pencil strokes are not rendered; convert them to a mesh to see them",
     "GreasePencilv3": "grease pencil strokes are not rendered; convert them to a mesh to see them",  # before Blender 5

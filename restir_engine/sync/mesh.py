@@ -12,7 +12,8 @@ import numpy as np
 
 from ..kernels.core.records import DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_POINT
 from ..scene import names
-from ..scene.mesh import Attribute, Mesh, clean, empty_vertices
+from ..scene.mesh import Mesh, clean, empty_vertices
+from ..scene.shape import Attribute
 from .topology import islands, pointiness, tangents
 
 DOMAINS = {"POINT": DOMAIN_POINT, "CORNER": DOMAIN_CORNER, "FACE": DOMAIN_FACE}

@@ -12,7 +12,8 @@ from restir_engine.kernels.geometry.attributes import attribute, generated
 from restir_engine.kernels.geometry.intersect import occluded
 from restir_engine.kernels.geometry.surface import offset_origin, shadow_origin, surface_point
 from restir_engine.scene.instances import build_instances, inverse, usable
-from restir_engine.scene.mesh import Attribute, Mesh, attribute_table, clean, moved
+from restir_engine.scene.mesh import Mesh, clean, moved
+from restir_engine.scene.shape import Attribute, attribute_table
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 IDENTITY = np.eye(4)[:3].reshape(1, 12)

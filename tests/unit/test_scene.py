@@ -144,7 +144,7 @@ def test_what_stands_still_is_built_once_and_looks_the_same_to_the_last_bit(fram
     for _ in range(4):
         trees.next_frame()
         np.testing.assert_array_equal(render(frame(mesh, PLACE, trees)), expected)
-        standing.append(trees._standing.get(kept_trees._shape(mesh)))
+        standing.append(trees._standing.get(kept_trees._identity(mesh)))
     assert standing[0] is None and standing[1] is not None
     assert all(kept.tree is standing[1].tree for kept in standing[1:])
 
@@ -160,7 +160,7 @@ def test_what_moves_is_built_once_and_looks_the_same(frame):
         expected = render(frame(mesh, place, Trees()))
         assert np.quantile(np.abs(image - expected), 0.95) < 1e-3
         assert image.mean() == pytest.approx(expected.mean(), rel=0.01)
-        own.append(trees._own.get(kept_trees._shape(mesh)))
+        own.append(trees._own.get(kept_trees._identity(mesh)))
     assert own[0] is not None
     assert all(kept.tree is own[0].tree for kept in own)
 
@@ -180,7 +180,7 @@ def test_nothing_is_kept_for_renders_that_take_longer_than_building(frame):
         trees.next_frame()
         frame(mesh, PLACE, trees)
         trees.rendered(60.0)
-    assert trees._standing.get(kept_trees._shape(mesh)) is None
+    assert trees._standing.get(kept_trees._identity(mesh)) is None
 
 
 def test_another_shape_is_not_taken_for_the_one_before(frame):

@@ -1,7 +1,7 @@
 """From one frame to another: which instance, lamp and pixel something was in the frame before.
 
-Objects are found again by their keys. A mesh whose triangles are listed as before has kept its topology: a point of it
-is then the same point by the same barycentrics, however the mesh was moved or deformed.
+Objects are found again by their keys. A shape whose primitives are listed as before has kept its topology: a point of
+it is then the same point by the same barycentrics, however the shape was moved or deformed.
 """
 
 from __future__ import annotations
@@ -12,19 +12,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...kernels.core.jit import device, inlined
-from ...kernels.core.memory import address, load_i32, load_u32, record_at
+from ...kernels.core.memory import address, call_entry, load_i32, load_i64, load_u32, record_address, record_at
 from ...kernels.core.records import (
     LIGHT_DELTA,
     LIGHT_ELLIPSE,
     LIGHT_SPHERE,
+    SHAPE_CENTRE,
+    SHAPE_ENTRIES,
+    SHAPE_TRIANGLES,
     instance_at,
     mesh_at,
 )
-from ...kernels.core.vec import add, load3_f32, normalize, scale, transform_normal, transform_point, vec
+from ...kernels.core.vec import add, load3_f32, load3_f64, normalize, scale, transform_normal, transform_point, vec
 from ...kernels.geometry.camera import camera_pixel
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
+    from ...scene.shape import Shape
 
 MOTION = np.dtype(
     [
@@ -98,14 +102,20 @@ def _numbered(keys: np.ndarray) -> np.ndarray:
 
 
 def _same_topology(now: Scene, before: Scene, there: np.ndarray) -> np.ndarray:
-    """Which instances of now have the triangles of their instance `there` before."""
+    """Which instances of now have the primitives of their instance `there` before."""
     found = there >= 0
     pairs = np.stack([now.instances["mesh"], np.where(found, before.instances["mesh"][there], -1)], axis=1)
     same = {
-        (a, b): b >= 0 and _equal(now.meshes[a].triangles, before.meshes[b].triangles)
+        (a, b): b >= 0 and _same_primitives(now.meshes[a], before.meshes[b])
         for a, b in {tuple(pair) for pair in pairs.tolist()}
     }
     return np.array([same[tuple(pair)] for pair in pairs.tolist()], bool).reshape(len(there))
+
+
+def _same_primitives(a: Shape, b: Shape) -> bool:
+    if type(a) is not type(b) or len(a.points) != len(b.points):
+        return False
+    return all(_equal(x, y) for x, y in zip(a.form[1:], b.form[1:], strict=True))
 
 
 def _equal(a: np.ndarray, b: np.ndarray) -> bool:
@@ -129,10 +139,15 @@ def place_before(scene, before, motion, sp):
         return instance, vec(sp.p), vec(sp.n)
     placed = instance_at(before.instances, instance)
     mesh = mesh_at(before.meshes, placed.mesh)
-    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive))
-    b = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive + 1))
-    c = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive + 2))
-    p = add(scale(a, 1.0 - sp.u - sp.v), add(scale(b, sp.u), scale(c, sp.v)))
+    if mesh.shape != SHAPE_TRIANGLES:
+        entry = load_i64(before.shape_entries, SHAPE_ENTRIES * mesh.shape + SHAPE_CENTRE)
+        call_entry(entry, record_address(before), record_address(sp), placed.mesh, sp.registers, 0)
+        p = load3_f64(sp.registers, 0)
+    else:
+        a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive))
+        b = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive + 1))
+        c = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive + 2))
+        p = add(scale(a, 1.0 - sp.u - sp.v), add(scale(b, sp.u), scale(c, sp.v)))
     n = transform_normal(instance_at(scene.instances, sp.instance).to_world, vec(sp.n))
     return instance, transform_point(placed.to_world, p), normalize(transform_normal(placed.to_object, n))
 

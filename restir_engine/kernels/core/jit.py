@@ -135,7 +135,7 @@ def inlined(function):
 
 
 class Entry:
-    """A function of five int64 that kernels call by `address` (memory.call_entry).
+    """A function of int64 that is called by `address`: by kernels with five of them (memory.call_entry), or by Embree.
 
     It returns nothing, or an int64 where `outcome` is set (memory.call_for_outcome).
     Its code is compiled when the address is first asked for, and never again inside its callers: for what is large,
@@ -144,7 +144,7 @@ class Entry:
 
     def __init__(self, function: Callable, outcome: bool = False) -> None:
         self.function = function
-        self.signature = (types.int64 if outcome else types.void)(*[types.int64] * 5)
+        self.signature = (types.int64 if outcome else types.void)(*[types.int64] * function.__code__.co_argcount)
 
     @cached_property
     def _compiled(self):

@@ -6,17 +6,21 @@ from ..core.records import (
     ATTRIBUTE_GENERATED,
     DOMAIN_CORNER,
     DOMAIN_FACE,
+    DOMAIN_MESH,
     DOMAIN_POINT,
+    SHAPE_SPHERES,
+    SHAPE_STRANDS,
+    SHAPE_TRIANGLES,
     attribute_at,
     instance_at,
     mesh_at,
 )
-from ..core.vec import add, load3_f32, scale
+from ..core.vec import add, load3_f32, madd, scale, transform_point, vec
 
 
 @device
 def attribute(scene, sp, name, du, dv):
-    """An attribute at barycentrics (u + du, v + dv): (found, x, y, z, w).
+    """An attribute at (u + du, v + dv) of a primitive, on strands at u + du alone: (found, x, y, z, w).
 
     One component stands in x, y and z, two in x and y; w is 1 where the attribute has no fourth. Not found: zeros. The
     mesh is asked first, then the instance.
@@ -59,7 +63,11 @@ def generated(scene, sp, du, dv):
     if found:
         return (x, y, z)
     mesh = mesh_at(scene.meshes, sp.mesh)
-    p = object_point(mesh, sp.primitive, sp.u + du, sp.v + dv)
+    if mesh.shape != SHAPE_TRIANGLES:
+        p = madd(madd(vec(sp.p), vec(sp.dpdu), du), vec(sp.dpdv), dv)
+        p = transform_point(instance_at(scene.instances, sp.instance).to_object, p)
+    else:
+        p = object_point(mesh, sp.primitive, sp.u + du, sp.v + dv)
     return (
         (p[0] - mesh.generated_offset[0]) * mesh.generated_scale[0],
         (p[1] - mesh.generated_offset[1]) * mesh.generated_scale[1],
@@ -78,7 +86,21 @@ def object_point(mesh, primitive, u, v):
 
 @device
 def _interpolate(mesh, entry, primitive, u, v):
-    if entry.domain == DOMAIN_POINT or entry.domain == DOMAIN_CORNER:
+    if mesh.shape == SHAPE_SPHERES:
+        a = primitive * entry.components if entry.domain == DOMAIN_POINT else 0
+        b = a
+        c = a
+    elif mesh.shape >= SHAPE_STRANDS and entry.domain != DOMAIN_MESH:
+        strand = load_i32(mesh.strands, primitive)
+        a = strand * entry.components
+        b = a
+        if entry.domain == DOMAIN_POINT:
+            # Attributes have no values for the first and last points once more, which `segments` counts.
+            a = (load_u32(mesh.segments, primitive) - 2 * strand) * entry.components
+            b = a + entry.components
+        c = a
+        v = 0.0
+    elif entry.domain == DOMAIN_POINT or entry.domain == DOMAIN_CORNER:
         table = mesh.triangles if entry.domain == DOMAIN_POINT else mesh.corners
         a = load_u32(table, 3 * primitive) * entry.components
         b = load_u32(table, 3 * primitive + 1) * entry.components

@@ -4,8 +4,8 @@ from numba import types
 
 from ...embree import library
 from ..core.jit import inlined
-from ..core.memory import load_f32, load_u32, store_f32, store_u32
-from ..core.records import SCRATCH_RAY, SCRATCH_SHADOW_RAY
+from ..core.memory import call_entry, load_f32, load_i64, load_u32, record_address, store_f32, store_u32
+from ..core.records import SCRATCH_RAY, SCRATCH_SHADOW_RAY, SHAPE_ENTRIES, SHAPE_HIT
 
 library.load()  # registers the symbols that compiled code refers to
 
@@ -41,6 +41,11 @@ def trace(scene, scratch, o, d, tmin, tmax, mask):
     store_u32(ray, 18, INVALID)
     store_u32(ray, 19, INVALID)
     rtc_intersect1(scene.embree, ray, 0)
+    shape = load_u32(ray, 18)
+    # Instances are structures of one geometry, whose ID is its shape; in the world itself stand triangles.
+    if shape != 0 and load_u32(ray, 19) != INVALID:
+        entry = load_i64(scene.shape_entries, SHAPE_ENTRIES * shape + SHAPE_HIT)
+        call_entry(entry, record_address(scene), ray, 0, 0, 0)
 
 
 @inlined

@@ -1,8 +1,8 @@
 """From a hit to a shading point, and from a shading point to the origin of the next ray."""
 
 from ..core.jit import device, inlined
-from ..core.memory import load_i32, load_u8, load_u32
-from ..core.records import DOMAIN_CORNER, instance_at, mesh_at
+from ..core.memory import call_entry, load_i32, load_i64, load_u8, load_u32, record_address
+from ..core.records import DOMAIN_CORNER, SHAPE_ENTRIES, SHAPE_SURFACE, SHAPE_TRIANGLES, instance_at, mesh_at
 from ..core.vec import (
     add,
     cross,
@@ -38,12 +38,28 @@ def _corner_and_edges(mesh, primitive):
 
 @inlined
 def surface_point(scene, sp, instance, primitive, u, v, t, d):
-    """Fill the geometry of `sp` at barycentrics (u, v) of a triangle that a ray along d (unit) hit at distance t.
+    """Fill the geometry of `sp` at (u, v) of a primitive that a ray along d (unit) hit at distance t.
 
-    Normals and tangents are turned to the ray's side; the position comes from the triangle, not from the ray.
+    Normals and tangents are turned to the ray's side; the position comes from the primitive, not from the ray.
     """
     placed = instance_at(scene.instances, instance)
     mesh = mesh_at(scene.meshes, placed.mesh)
+    sp.instance = instance
+    sp.primitive = primitive
+    sp.mesh = placed.mesh
+    sp.shape = mesh.shape
+    sp.light = -1
+    sp.material = primitive_material(scene, placed, mesh, primitive)
+    sp.terminator_frequency = placed.terminator_frequency
+    sp.t = t
+    sp.u = u
+    sp.v = v
+    sp.backfacing = 0
+    put(sp.wo, neg(d))
+    if mesh.shape != SHAPE_TRIANGLES:
+        entry = load_i64(scene.shape_entries, SHAPE_ENTRIES * mesh.shape + SHAPE_SURFACE)
+        call_entry(entry, record_address(scene), record_address(sp), 0, 0, 0)
+        return
     a, ab, ac = _corner_and_edges(mesh, primitive)
     p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
     ab_world = transform_vector(placed.to_world, ab)
@@ -58,7 +74,6 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     if is_black(n):
         n = ng
 
-    sp.backfacing = 0
     if dot(ng, wo) < 0.0:
         sp.backfacing = 1
         ng = neg(ng)
@@ -66,20 +81,10 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
         ab_world = neg(ab_world)
         ac_world = neg(ac_world)
 
-    sp.instance = instance
-    sp.primitive = primitive
-    sp.mesh = placed.mesh
-    sp.light = -1
-    sp.material = triangle_material(scene, placed, mesh, primitive)
-    sp.terminator_frequency = placed.terminator_frequency
-    sp.t = t
-    sp.u = u
-    sp.v = v
     put(sp.p, p)
-    sp.error = POSITION_ERROR * _magnitude(placed.to_world, max(largest(a), max(largest(ab), largest(ac))))
+    sp.error = POSITION_ERROR * magnitude(placed.to_world, max(largest(a), max(largest(ab), largest(ac))))
     put(sp.n, n)
     put(sp.ng, ng)
-    put(sp.wo, wo)
     put(sp.dpdu, ab_world)
     put(sp.dpdv, ac_world)
 
@@ -138,8 +143,8 @@ def _corner_normal(mesh, primitive, corner):
 
 
 @inlined
-def triangle_material(scene, placed, mesh, primitive):
-    """The index of a triangle's material."""
+def primitive_material(scene, placed, mesh, primitive):
+    """The index of a primitive's material."""
     slot = 0
     if mesh.material_slots != 0:
         slot = max(0, min(load_i32(mesh.material_slots, primitive), placed.n_materials - 1))
@@ -153,7 +158,7 @@ def largest(a):
 
 
 @inlined
-def _magnitude(m, size):
+def magnitude(m, size):
     """A bound of the terms that add up to the image of a point whose coordinates are not larger than `size`."""
     x = (abs(m[0]) + abs(m[1]) + abs(m[2])) * size + abs(m[3])
     y = (abs(m[4]) + abs(m[5]) + abs(m[6])) * size + abs(m[7])

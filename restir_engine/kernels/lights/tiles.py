@@ -44,7 +44,7 @@ from ..core.records import (
 )
 from ..core.vec import add, cross, length, madd, mul, neg, normalize, put, scale, sub, vec
 from ..core.warp import alias_pick, cone_at, disk, octahedral
-from ..geometry.surface import surface_point, triangle_material
+from ..geometry.surface import primitive_material, surface_point
 from .area import normal_of
 from .ball import spot_axis
 from .emission import off_surface, run_emission, shadow_point, world_point
@@ -216,7 +216,7 @@ def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, group, lane):
     p = madd(madd(a, sub(b, a), x), sub(c, a), y)
     put_face(group, lane, p, n, 1.0)
     placed = instance_at(scene.instances, emitter.instance)
-    index = triangle_material(scene, placed, mesh_at(scene.meshes, placed.mesh), primitive)
+    index = primitive_material(scene, placed, mesh_at(scene.meshes, placed.mesh), primitive)
     material = material_at(scene.materials, index)
     estimate = vec(material.emission_estimate)
     if material.flags & MATERIAL_VARYING_EMISSION:

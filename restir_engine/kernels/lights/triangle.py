@@ -18,7 +18,7 @@ from ..core.records import (
     mesh_at,
 )
 from ..core.vec import add, cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
-from ..geometry.surface import surface_point, triangle_material
+from ..geometry.surface import primitive_material, surface_point
 from .cells import cell, cell_at, cell_of_triangle
 from .emission import run_emission, shadow_point
 from .emitter_tree import cell_share, choose_triangle, triangle_share
@@ -211,7 +211,7 @@ def put_point(scene, instance, primitive, u, v, p, d, t, radiance, ls):
 def _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, sided):
     """`put_point` with what the triangle emits; False where `sided` and light sampling leaves that side out."""
     placed = instance_at(scene.instances, instance)
-    index = triangle_material(scene, placed, mesh_at(scene.meshes, placed.mesh), primitive)
+    index = primitive_material(scene, placed, mesh_at(scene.meshes, placed.mesh), primitive)
     material = material_at(scene.materials, index)
     radiance = vec(material.emission_estimate)
     one = sided and (material.emission_sampling == _FRONT or material.emission_sampling == _BACK)

@@ -17,7 +17,15 @@ import numpy as np
 from ....kernels.core import rng
 from ....kernels.core.jit import inlined
 from ....kernels.core.memory import record_address, record_at
-from ....kernels.core.records import INTEGRATOR, RAY_SINGULAR, RAY_TRANSPARENT, SCRATCH_TAKER, TAKER, TAKER_BYTES
+from ....kernels.core.records import (
+    INTEGRATOR,
+    RAY_SINGULAR,
+    RAY_TRANSPARENT,
+    SCRATCH_TAKER,
+    SHAPE_TRIANGLES,
+    TAKER,
+    TAKER_BYTES,
+)
 from ....kernels.core.vec import dot, put, sub, vec
 from ....kernels.film.contribute import NOT_FOUND
 from ....kernels.lobes import label_pdf
@@ -115,6 +123,9 @@ def start_walk(walk, reuse, sp):
 def connects(walk, sp, pdf):
     """Whether the path could be reconnected at its vertex sp, where it goes on with a density `pdf`."""
     if walk.vertex < 2 or walk.pdf <= 0.0 or pdf <= 0.0:
+        return False
+    # What is kept is a point of a triangle; ribbons, which turn towards each ray, have none that two paths share.
+    if sp.shape != SHAPE_TRIANGLES:
         return False
     if max(pdf, walk.pdf) > walk.largest_pdf:
         return False

@@ -1,9 +1,18 @@
-"""Meshes, their instances, and what is interpolated over them."""
+"""Meshes, strands and spheres, their instances, and what is interpolated over them."""
 
 from ..memory import record_at
 from .layout import record
 
-# Attribute domains.
+# What a MESH is made of: triangles; spheres; segments of strands: ribbons that are flat across the ray, tubes that are
+# round, both along Catmull-Rom curves, and cones between spheres. The ID of their geometry in Embree's scenes.
+SHAPE_TRIANGLES, SHAPE_SPHERES, SHAPE_RIBBONS, SHAPE_TUBES, SHAPE_CONES = 0, 1, 2, 3, 4
+SHAPE_STRANDS = SHAPE_RIBBONS  # from here on: strands
+
+# Of the entries of a shape in SCENE.shape_entries: SHAPE_ENTRIES * shape + one of these.
+SHAPE_ENTRIES = 3
+SHAPE_HIT, SHAPE_SURFACE, SHAPE_CENTRE = 0, 1, 2
+
+# Attribute domains; those of spheres are DOMAIN_POINT and DOMAIN_MESH, a strand is a DOMAIN_FACE.
 DOMAIN_POINT, DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_MESH = 0, 1, 2, 3
 
 # Interned names with a meaning of their own; see scene.names.
@@ -18,6 +27,7 @@ ATTRIBUTE = record(
 attribute_at = record_at(ATTRIBUTE)
 
 MESH = record(
+    "shape",  # SHAPE_*; what triangles need is 0 for others
     "vertices",  # float32 [n_vertices, 3]
     "n_vertices",
     "triangles",  # uint32 [n_triangles, 3], vertex indices
@@ -27,10 +37,14 @@ MESH = record(
     "normals",  # float32 [points or corners, 3], object space; 0: flat
     "normals_domain",  # DOMAIN_POINT or DOMAIN_CORNER
     "smooth",  # uint8 [n_triangles], 0: this triangle is flat; address 0: all smooth when normals is set
-    "material_slots",  # int32 [n_triangles], slot of the object; address 0: all 0
+    "material_slots",  # int32 [n_triangles, segments or spheres], slot of the object; address 0: all 0
     "attributes",  # ATTRIBUTE [n_attributes]
     "n_attributes",
     "embree",  # RTCScene of this mesh alone (bottom level)
+    "points",  # float32 [n, 4], place and radius: of spheres; of strands, whose first and last points stand twice
+    "segments",  # uint32 [n_segments], the first of four points: a segment leads from the second to the third
+    "strands",  # int32 [n_segments], the strand that a segment belongs to
+    "pieces",  # how many flat pieces a segment of a ribbon is made of
     ("generated_offset", 3),  # generated = (p - offset) * scale, in object space
     ("generated_scale", 3),
 )

@@ -65,6 +65,7 @@ SHADING_POINT = record(
     "instance",  # -1: none (world or light)
     "primitive",
     "mesh",
+    "shape",  # SHAPE_* of the mesh
     "material",  # index into materials: the program that runs
     "light",  # index into lights when a light's program runs, else -1
     "backfacing",
@@ -81,7 +82,10 @@ SHADING_POINT = record(
     "aovs",  # address of float32: where a program's AOVs are added up
     "registers",  # address of float64 [MAX_REGISTERS], and of two rays behind them
     ("t", 1),  # length of the ray that arrived
-    ("u", 1),  # barycentric weights of corners 1 and 2 on a triangle; parametric on a light
+    # Barycentric weights of corners 1 and 2 on a triangle; on a strand the place along its segment, and across, on
+    # ribbons from -1 to 1, else an angle; on a sphere the direction from its centre (warp.octahedral); on a light
+    # parametric.
+    ("u", 1),
     ("v", 1),
     ("time", 1),
     ("terminator_frequency", 1),  # of the INSTANCE
@@ -91,7 +95,7 @@ SHADING_POINT = record(
     ("n", 3),  # shading normal, on the side of wo's geometric side
     ("ng", 3),  # geometric normal, flipped to the side of wo
     ("wo", 3),  # unit, towards where the ray came from
-    ("dpdu", 3),  # by barycentric u and v, world space
+    ("dpdu", 3),  # by barycentric u and v, world space; on strands dpdu leads along, as long as the segment about
     ("dpdv", 3),
     ("dp", 1),  # radius of the ray's footprint at p
     ("dd", 1),  # its growth by unit of distance

@@ -1,0 +1,52 @@
+"""Spheres, which stand for points: what rays hit of them."""
+
+from ..core.jit import entry
+from ..core.memory import load_f32, store_f32
+from ..core.records import instance_at, mesh_at, scene_at, shading_point_at
+from ..core.vec import frame, is_black, load3_f32, madd, normalize, put, store3_f64, sub, transform_point, vec
+from ..core.warp import octahedral, octahedral_direction
+from .surface import POSITION_ERROR, largest, magnitude
+
+
+@entry
+def sphere_hit(_scene, ray, _a, _b, _c):
+    """SHAPE_HIT: u and v are the direction from the centre, in object space."""
+    n = load3_f32(ray, 4)
+    if is_black(n):
+        n = (0.0, 0.0, 1.0)
+    u, v = octahedral(n)
+    store_f32(ray, 15, u)
+    store_f32(ray, 16, v)
+
+
+@entry
+def sphere_surface(scene, sp, _a, _b, _c):
+    """SHAPE_SURFACE; as in Cycles the normal leads away from the centre in the world, of stretched spheres too."""
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    placed = instance_at(scene.instances, sp.instance)
+    points = mesh_at(scene.meshes, sp.mesh).points
+    at = 4 * sp.primitive
+    centre, radius = (
+        (load_f32(points, at), load_f32(points, at + 1), load_f32(points, at + 2)),
+        load_f32(points, at + 3),
+    )
+    p = transform_point(placed.to_world, madd(centre, octahedral_direction(sp.u, sp.v), radius))
+    n = normalize(sub(p, transform_point(placed.to_world, centre)))
+    if is_black(n):
+        n = vec(sp.wo)
+    x, y = frame(n)
+    put(sp.p, p)
+    sp.error = POSITION_ERROR * magnitude(placed.to_world, largest(centre) + radius)
+    put(sp.n, n)
+    put(sp.ng, n)
+    put(sp.dpdu, x)
+    put(sp.dpdv, y)
+
+
+@entry
+def sphere_centre(scene, sp, mesh, out, _c):
+    """SHAPE_CENTRE: where sp stands on that sphere of another frame's mesh, float64 [3]."""
+    sp = shading_point_at(sp, 0)
+    points, at = mesh_at(scene_at(scene, 0).meshes, mesh).points, 4 * sp.primitive
+    centre = (load_f32(points, at), load_f32(points, at + 1), load_f32(points, at + 2))
+    store3_f64(out, 0, madd(centre, octahedral_direction(sp.u, sp.v), load_f32(points, at + 3)))

@@ -1,0 +1,247 @@
+"""Segments of strands: what rays hit of ribbons, tubes and cones.
+
+Ribbons and tubes lie along Catmull-Rom curves through the points of a strand, which a circle of the interpolated
+radius sweeps. A ribbon is the cut through it that faces the ray, and is shaded by the normals of the tube in its place;
+tubes and cones have a surface of their own. All follow Cycles (`curve_shader_setup`) and Embree's geometry.
+"""
+
+import math
+
+from ..core.jit import device, entry
+from ..core.memory import load_f32, load_u32, store_f32
+from ..core.records import instance_at, mesh_at, scene_at, shading_point_at
+from ..core.vec import (
+    add,
+    cross,
+    dot,
+    frame,
+    is_black,
+    length,
+    lerp,
+    load3_f32,
+    madd,
+    normalize,
+    put,
+    scale,
+    store3_f64,
+    sub,
+    transform_normal,
+    transform_point,
+    transform_vector,
+    vec,
+)
+from .surface import POSITION_ERROR, largest, magnitude
+
+
+@device
+def _point(mesh, first, k):
+    """Place and radius (x, y, z, r) of the k-th of the four points of a segment."""
+    at = 4 * (first + k)
+    return (
+        load_f32(mesh.points, at),
+        load_f32(mesh.points, at + 1),
+        load_f32(mesh.points, at + 2),
+        load_f32(mesh.points, at + 3),
+    )
+
+
+@device
+def _weighted(mesh, primitive, a, b, c, d):
+    """The four points of a segment, place and radius, times a … d."""
+    first = load_u32(mesh.segments, primitive)
+    p, q, r, s = _point(mesh, first, 0), _point(mesh, first, 1), _point(mesh, first, 2), _point(mesh, first, 3)
+    return (
+        a * p[0] + b * q[0] + c * r[0] + d * s[0],
+        a * p[1] + b * q[1] + c * r[1] + d * s[1],
+        a * p[2] + b * q[2] + c * r[2] + d * s[2],
+        a * p[3] + b * q[3] + c * r[3] + d * s[3],
+    )
+
+
+@device
+def catmull_rom(mesh, primitive, u):
+    """Place and radius (x, y, z, r) at u of a segment, in object space."""
+    a = 0.5 * u * (-1.0 + u * (2.0 - u))
+    b = 0.5 * (2.0 + u * u * (3.0 * u - 5.0))
+    c = 0.5 * u * (1.0 + u * (4.0 - 3.0 * u))
+    d = 0.5 * u * u * (u - 1.0)
+    return _weighted(mesh, primitive, a, b, c, d)
+
+
+@device
+def _tangent(mesh, primitive, u):
+    """The derivative of the place by u; where it is zero, the way from the segment's start to its end."""
+    a = 0.5 * (-1.0 + u * (4.0 - 3.0 * u))
+    b = 0.5 * u * (9.0 * u - 10.0)
+    c = 0.5 * (1.0 + u * (8.0 - 9.0 * u))
+    d = 0.5 * u * (3.0 * u - 2.0)
+    t = _weighted(mesh, primitive, a, b, c, d)
+    t = (t[0], t[1], t[2])
+    if is_black(t):
+        t = _weighted(mesh, primitive, 0.0, -1.0, 1.0, 0.0)
+        t = (t[0], t[1], t[2])
+    return t
+
+
+@device
+def _put_strand(placed, sp, p, terms, n, tangent):
+    """Fill the rest of `sp`. All in object space; n may be of any length; terms: the largest that p comes from."""
+    n = normalize(transform_normal(placed.to_object, n))
+    if is_black(n):
+        n = vec(sp.wo)
+    along = transform_vector(placed.to_world, tangent)
+    put(sp.p, transform_point(placed.to_world, p))
+    sp.error = POSITION_ERROR * magnitude(placed.to_world, terms)
+    put(sp.n, n)
+    put(sp.ng, n)
+    put(sp.dpdu, along)
+    put(sp.dpdv, cross(along, n))
+
+
+@device
+def _terms(size, radius):
+    """The terms that Embree finds the surface of a long thin segment from: squares of lengths, for one of a radius."""
+    return radius + min(size * size / max(radius, 1e-30), 1e3 * size)
+
+
+@entry
+def ribbon_surface(scene, sp, _a, _b, _c):
+    """SHAPE_SURFACE of ribbons. `sp.ng` is the tube's normal too, by which reflection and transmission are told apart.
+
+    The place is that on Embree's flat pieces between points of the curve.
+    """
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    placed = instance_at(scene.instances, sp.instance)
+    mesh = mesh_at(scene.meshes, sp.mesh)
+    piece = min(math.floor(sp.u * mesh.pieces), mesh.pieces - 1.0)
+    a = catmull_rom(mesh, sp.primitive, piece / mesh.pieces)
+    b = catmull_rom(mesh, sp.primitive, (piece + 1.0) / mesh.pieces)
+    t = sp.u * mesh.pieces - piece
+    centre = lerp((a[0], a[1], a[2]), (b[0], b[1], b[2]), t)
+    radius = a[3] + (b[3] - a[3]) * t
+    tangent = _tangent(mesh, sp.primitive, sp.u)
+    wo = normalize(transform_vector(placed.to_object, vec(sp.wo)))
+    along = normalize(tangent)
+    side = normalize(cross(along, wo))
+    if is_black(side):  # along the strand
+        side, _other = frame(wo)
+    facing = normalize(cross(side, along))
+    sine = max(-1.0, min(1.0, float(sp.v)))
+    n = add(scale(side, sine), scale(facing, math.sqrt(1.0 - sine * sine)))
+    _put_strand(placed, sp, madd(centre, side, sine * radius), largest(centre) + radius, n, tangent)
+
+
+@device
+def _put_angle(ray, axis, n):
+    """Store the angle of n about an axis (unit) as v in an RTCRayHit."""
+    x, y = frame(axis)
+    store_f32(ray, 16, math.atan2(dot(n, y), dot(n, x)))
+
+
+@device
+def _direction(axis, angle):
+    """The unit vector across an axis (unit) at an angle about it, in the frame of `_put_angle`."""
+    x, y = frame(axis)
+    return add(scale(x, math.cos(angle)), scale(y, math.sin(angle)))
+
+
+@device
+def _hit_mesh(scene, ray):
+    """The MESH record of the instance that an RTCRayHit names."""
+    return mesh_at(scene.meshes, instance_at(scene.instances, load_u32(ray, 19)).mesh)
+
+
+@entry
+def ribbon_hit(_scene, _ray, _a, _b, _c):
+    """SHAPE_HIT of ribbons: Embree's u and v say all."""
+
+
+@entry
+def tube_hit(scene, ray, _a, _b, _c):
+    """SHAPE_HIT of tubes: v is the angle of Embree's normal about the curve."""
+    mesh = _hit_mesh(scene_at(scene, 0), ray)
+    axis = normalize(_tangent(mesh, load_u32(ray, 17), load_f32(ray, 15)))
+    _put_angle(ray, axis, load3_f32(ray, 4))
+
+
+@entry
+def tube_surface(scene, sp, _a, _b, _c):
+    """SHAPE_SURFACE of tubes; as in Cycles the normal leads away from the curve, however fast the radius changes."""
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    mesh = mesh_at(scene.meshes, sp.mesh)
+    c = catmull_rom(mesh, sp.primitive, sp.u)
+    centre = (c[0], c[1], c[2])
+    tangent = _tangent(mesh, sp.primitive, sp.u)
+    n = _direction(normalize(tangent), sp.v)
+    terms = largest(centre) + _terms(length(tangent), c[3])
+    _put_strand(instance_at(scene.instances, sp.instance), sp, madd(centre, n, c[3]), terms, n, tangent)
+
+
+@device
+def _cone(mesh, primitive):
+    """(start, end, their radii) of a cone."""
+    first = load_u32(mesh.segments, primitive)
+    a, b = _point(mesh, first, 1), _point(mesh, first, 2)
+    return (a[0], a[1], a[2]), (b[0], b[1], b[2]), a[3], b[3]
+
+
+@entry
+def cone_hit(scene, ray, _a, _b, _c):
+    """SHAPE_HIT of cones: u is the place along the axis, beyond [0, 1] on round ends; v the angle about it."""
+    scene = scene_at(scene, 0)
+    placed = instance_at(scene.instances, load_u32(ray, 19))
+    start, end, _r0, _r1 = _cone(mesh_at(scene.meshes, placed.mesh), load_u32(ray, 17))
+    axis = sub(end, start)
+    p = madd(load3_f32(ray, 0), (load_f32(ray, 4), load_f32(ray, 5), load_f32(ray, 6)), load_f32(ray, 8))
+    store_f32(ray, 15, dot(sub(transform_point(placed.to_object, p), start), axis) / max(dot(axis, axis), 1e-60))
+    _put_angle(ray, normalize(axis), load3_f32(ray, 4))
+
+
+@entry
+def cone_surface(scene, sp, _a, _b, _c):
+    """SHAPE_SURFACE of cones, which touch a sphere round either end; sp.u becomes that of the sphere that touches at p.
+
+    With sin β = (r₀ - r₁) / length the cone touches the spheres at rᵢ sin β along the axis from their centres.
+    """
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    start, end, r0, r1 = _cone(mesh_at(scene.meshes, sp.mesh), sp.primitive)
+    tangent = sub(end, start)
+    size = max(length(tangent), 1e-30)
+    axis = scale(tangent, 1.0 / size)
+    sine = max(-1.0, min(1.0, (r0 - r1) / size))
+    cosine = math.sqrt(1.0 - sine * sine)
+    along = sp.u * size
+    first, last = r0 * sine, size + r1 * sine
+    out = _direction(axis, sp.v)
+    if along < first or last <= first:
+        place, radius, sine = 0.0, r0, max(-1.0, min(1.0, along / max(r0, 1e-30)))
+        if along >= first:
+            place, radius, sine = size, r1, max(-1.0, min(1.0, (along - size) / max(r1, 1e-30)))
+        cosine = math.sqrt(1.0 - sine * sine)
+    elif along > last:
+        place, radius, sine = size, r1, max(-1.0, min(1.0, (along - size) / max(r1, 1e-30)))
+        cosine = math.sqrt(1.0 - sine * sine)
+    else:
+        t = (along - first) / (last - first)
+        place, radius = t * size, r0 + (r1 - r0) * t
+    n = add(scale(out, cosine), scale(axis, sine))
+    sp.u = place / size
+    p = madd(madd(start, axis, place), n, radius)
+    terms = max(largest(start), largest(end)) + _terms(size, max(r0, r1))
+    _put_strand(instance_at(scene.instances, sp.instance), sp, p, terms, n, tangent)
+
+
+@entry
+def curve_centre(scene, sp, mesh, out, _c):
+    """SHAPE_CENTRE of ribbons and tubes: the place on the curve at sp of another frame's mesh, float64 [3]."""
+    sp = shading_point_at(sp, 0)
+    c = catmull_rom(mesh_at(scene_at(scene, 0).meshes, mesh), sp.primitive, sp.u)
+    store3_f64(out, 0, (c[0], c[1], c[2]))
+
+
+@entry
+def cone_centre(scene, sp, mesh, out, _c):
+    """SHAPE_CENTRE of cones."""
+    sp = shading_point_at(sp, 0)
+    start, end, _r0, _r1 = _cone(mesh_at(scene_at(scene, 0).meshes, mesh), sp.primitive)
+    store3_f64(out, 0, lerp(start, end, sp.u))

@@ -1,0 +1,94 @@
+"""Strands of hair, as arrays that kernels and Embree read in place."""
+
+from __future__ import annotations
+
+from dataclasses import InitVar, dataclass, field
+
+import numpy as np
+
+from ..embree import library
+from ..embree.scenes import StrandScene
+from ..kernels.core.records import SHAPE_CONES, SHAPE_RIBBONS, SHAPE_TUBES
+from ..kernels.geometry.shapes import cull_back
+from .shape import Shape
+
+_KINDS = {
+    SHAPE_RIBBONS: library.FLAT_CATMULL_ROM,
+    SHAPE_TUBES: library.ROUND_CATMULL_ROM,
+    SHAPE_CONES: library.ROUND_LINEAR,
+}
+
+
+@dataclass(eq=False)
+class Strands(Shape):
+    """Strands along points: ribbons that face the ray, round tubes (both along Catmull-Rom curves), or cones.
+
+    positions: (n, 3); radii: (n,); offsets: (strands + 1,), where the points of each strand begin. Strands of less than
+    two points, or with any that is not finite, have no segments. pieces: of a ribbon's segment, which are flat.
+    """
+
+    positions: InitVar[np.ndarray]
+    radii: InitVar[np.ndarray]
+    offsets: InitVar[np.ndarray]
+    shape: int = SHAPE_RIBBONS
+    pieces: int = 4
+    _points: np.ndarray = field(init=False)
+    _segments: np.ndarray = field(init=False)
+    _strands: np.ndarray = field(init=False)
+
+    def __post_init__(self, positions: np.ndarray, radii: np.ndarray, offsets: np.ndarray) -> None:
+        """Lay out points, segments and strands as MESH has them."""
+        positions, offsets = np.asarray(positions, np.float32).reshape(-1, 3), np.asarray(offsets, np.int64)
+        counts = np.diff(offsets)
+        owner = np.repeat(np.arange(len(counts)), counts)
+        # Each strand's first and last points stand twice: these are the outer points of its first and last curves.
+        places = np.arange(len(positions)) + 2 * owner + 1
+        points = np.zeros((len(positions) + 2 * len(counts), 4), np.float32)
+        points[places, :3], points[places, 3] = positions, radii
+        full = np.flatnonzero(counts > 0)
+        first, last = offsets[full] + 2 * full, offsets[full + 1] + 2 * full + 1
+        points[first], points[last] = points[first + 1], points[last - 1]
+        good = counts > 1
+        if not np.isfinite(points).all():
+            bad = ~np.isfinite(points).all(axis=1)
+            good[owner[bad[places]]] = False
+            points[bad] = 0.0
+        points[:, 3] = np.maximum(points[:, 3], 0.0)
+        number = np.where(good, counts - 1, 0)
+        self._strands = np.repeat(np.arange(len(counts), dtype=np.int32), number)
+        within = np.arange(len(self._strands)) - np.repeat(np.cumsum(number) - number, number)
+        self._segments = ((offsets[:-1] + 2 * np.arange(len(counts)))[self._strands] + within).astype(np.uint32)
+        self._points = points
+
+    @property
+    def count(self) -> int:
+        """How many segments there are."""
+        return len(self._segments)
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray | None]:
+        return {
+            "points": self._points,
+            "segments": self._segments,
+            "strands": self._strands,
+            "material_slots": self.material_slots,
+        }
+
+    @property
+    def form(self) -> tuple[np.ndarray, ...]:
+        return self._points, self._segments, self._strands
+
+    @property
+    def points(self) -> np.ndarray:
+        return self._points
+
+    def tree(self) -> StrandScene:
+        culls = 0 if self.shape == SHAPE_RIBBONS else cull_back.address
+        return StrandScene(
+            self.shape, _KINDS[self.shape], self._points, self._segments, self._strands, self.pieces, culls
+        )
+
+    def record(self, attributes: np.ndarray | None = None) -> np.void:
+        result = super().record(attributes)
+        result["shape"], result["pieces"] = self.shape, self.pieces
+        return result
