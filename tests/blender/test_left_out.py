@@ -92,7 +92,7 @@ def test_particle_hair(shown, emitter):
     assert lines == ["Object “cube”: particle hair is not rendered: first, second"]
 
 
-@pytest.mark.parametrize(("kind", "word"), [("hair_curves", "hair curves"), ("volumes", "volumes")])
+@pytest.mark.parametrize(("kind", "word"), [("volumes", "volumes")])
 def test_data_without_triangles(shown, kind, word):
     data = getattr(bpy.data, kind).new("Data")
     warnings = Warnings()
