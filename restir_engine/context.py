@@ -58,6 +58,8 @@ class FrameContext:
         fill_tiles(self.record, address(scratch), seed, first, self.tiles.count if last is None else last)
 
     def _may_start_in_media(self) -> bool:
-        """Whether camera rays may start inside a mesh with a medium, by the meshes' bounding boxes."""
+        """Whether camera rays may start inside a medium: the world's, or a mesh's by its bounding box."""
+        if self.scene.record["flags"] & rec.SCENE_WORLD_MEDIUM:
+            return True
         low, high = self.camera.origins()
         return any(np.all(lower <= high) and np.all(upper >= low) for lower, upper in self.scene.media_bounds)

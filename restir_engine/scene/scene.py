@@ -15,6 +15,7 @@ from ..kernels.lobes import lobe_tables
 from ..kernels.shading.interpreter import shader_entries
 from .freeze import freeze
 from .lights import LightTable
+from .majorants import commit_majorants
 from .mesh import Mesh
 from .shape import Shape, attribute_table
 from .world import WorldTable
@@ -47,10 +48,12 @@ class Scene:
             mesh.freeze()
         freeze(description.instance_attributes, description.images.arrays)
         self._commit_geometry(trees)
+        self._note_media(description.world.material)
         self._commit_shading(description.images.records())
         self.image_arrays = tuple(description.images.arrays)
         self.media_bounds = self._find_media()
         self.world = self._commit_world(description, before)
+        self._kept += commit_majorants(self)
         self.lights = self._commit_lights(description.lights.lamps, before)
         freeze(self._table, self.instances, self.material_slots)
         self._committed = True
@@ -78,7 +81,6 @@ class Scene:
         scatters[instances["mesh"][self._have_flag(rec.MATERIAL_SUBSURFACE)]] = True
         record["flags"] |= rec.SCENE_HAS_TRANSPARENT if self._lets_through().any() else 0
         record["flags"] |= rec.SCENE_HAS_SUBSURFACE if scatters.any() else 0
-        record["flags"] |= rec.SCENE_HAS_MEDIA if self._have_flag(rec.MATERIAL_MEDIUM).any() else 0
         alone = np.array([isinstance(mesh, Mesh) for mesh in self.meshes], bool)  # may go into the world's tree
         own = ((users > 1) | (scatters | ~alone) & (users > 0)).tolist()
         bottom = [trees.of(mesh) if has else None for mesh, has in zip(self.meshes, own, strict=True)]
@@ -122,6 +124,19 @@ class Scene:
         materials = self.shaders.materials
         priorities = materials["medium_priority"][(materials["flags"] & rec.MATERIAL_MEDIUM) != 0]
         return rec.MATERIAL_MEDIUM if len(np.unique(priorities)) > 1 else 0
+
+    def _note_media(self, world: int) -> None:
+        """Put to the flags what media there are, that of the world's material included."""
+        flags = [self.shaders.materials["flags"][world]] if world >= 0 else []
+        in_world = any(flag & rec.MATERIAL_MEDIUM for flag in flags)
+        has = in_world or self._have_flag(rec.MATERIAL_MEDIUM).any()
+        vary = any(flag & rec.MATERIAL_MEDIUM_VARIES for flag in flags)
+        vary = vary or self._have_flag(rec.MATERIAL_MEDIUM_VARIES).any()
+        self._table[0]["flags"] |= (
+            (rec.SCENE_HAS_MEDIA if has else 0)
+            | (rec.SCENE_HAS_VARYING_MEDIA if vary else 0)
+            | (rec.SCENE_WORLD_MEDIUM if in_world else 0)
+        )
 
     def _find_media(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
         """Lower and upper corner, (3,) each, of all instances with a medium inside."""

@@ -27,13 +27,22 @@ class Attribute:
         if not 1 <= self.values.shape[1] <= 4:
             raise ValueError("an attribute has one to four components")
 
+    @property
+    def components(self) -> int:
+        return self.values.shape[1]
+
+    @property
+    def table(self) -> np.ndarray:
+        """What ATTRIBUTE.values points to."""
+        return self.values
+
 
 def attribute_table(attributes: list[Attribute]) -> np.ndarray:
     """The ATTRIBUTE array; it does not keep the values alive."""
     table = np.zeros(len(attributes), ATTRIBUTE)
     for record, attribute in zip(table, attributes, strict=True):
         record["name"], record["domain"] = attribute.name, attribute.domain
-        record["components"], record["values"] = attribute.values.shape[1], address(attribute.values)
+        record["components"], record["values"] = attribute.components, address(attribute.table)
     return table
 
 

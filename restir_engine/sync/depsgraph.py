@@ -39,6 +39,7 @@ from .objects import (
     rays_that_see,
 )
 from .points import read_points
+from .volumes import density_factors, is_grids, read_grids
 from .world import sync_world
 
 
@@ -96,6 +97,7 @@ class _Placed:
     key: int = 0
     random: float = 0.0
     color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
+    in_object_space: bool = False  # a Volume whose density is
     terminator: float = 0.0
     terminator_frequency: float = 1.0
     culled_by: Culled | None = None
@@ -182,7 +184,7 @@ class _Reader:
         if not seen_by:
             return None
         note_object(item, self.scene.warnings)
-        if not self._is_shown(data):
+        if not self._is_shown(item, data):
             return None
         materials = self._material_indices(item, data)
         mesh = self._shape(instance, item, data)
@@ -205,6 +207,7 @@ class _Reader:
             # Instances have the colour of their instancer; `object` tells it only while Python holds no other
             # reference to the object that is instanced.
             color=tuple((instance.parent or item).color),
+            in_object_space=isinstance(data, bpy.types.Volume) and data.render.space == "OBJECT",
             terminator=item.shadow_terminator_geometry_offset,
             terminator_frequency=1.0 / (1.0 - 0.5 * item.shadow_terminator_shading_offset),
             culled_by=self.culling.of(item),
@@ -213,9 +216,11 @@ class _Reader:
             instancer=self._instancer_values(instance),
         )
 
-    def _is_shown(self, data) -> bool:
+    def _is_shown(self, item, data) -> bool:
         """Whether data is of a kind that is rendered, and that the view layer shows."""
         layer = self.depsgraph.view_layer_eval
+        if is_grids(item):
+            return layer.use_volumes
         if isinstance(data, bpy.types.Curves):
             return layer.use_strand
         return isinstance(data, bpy.types.PointCloud) or (isinstance(data, bpy.types.Mesh) and layer.use_solid)
@@ -224,7 +229,7 @@ class _Reader:
         materials = [slot.material for slot in item.material_slots] or list(getattr(data, "materials", ()))
         if self.override is not None:
             materials = [self.override] * max(len(materials), 1)
-        return tuple(self.materials.index(material) for material in materials or [None])
+        return tuple(self.materials.index(material, is_grids(item)) for material in materials or [None])
 
     def _slot_start(self, materials: tuple[int, ...]) -> int:
         start = self._slots.get(materials)
@@ -252,6 +257,8 @@ class _Reader:
 
     def _read(self, instance, item, data) -> Shape | None:
         """What an evaluated object's data is rendered as; None: it is empty."""
+        if is_grids(item):
+            return read_grids(self.scene, item, self._cache.volumes)
         if isinstance(data, bpy.types.Curves):
             return read_curves(self.scene, data, strand_look(self.depsgraph.scene_eval))
         if isinstance(data, bpy.types.PointCloud):
@@ -321,6 +328,7 @@ class _Reader:
             dupli_generated=np.where(is_instance[:, None], 0.5 * orco - 0.5, 0.0),
             dupli_uv=np.where(is_instance[:, None], uv, 0.0),
             particle=particle_random[chosen],
+            volume_density=np.where(of_object("in_object_space"), density_factors(matrices[chosen]), 1.0),
             key=np.where(is_instance, numbered(of_object("key"), self._persistent_ids[chosen]), of_object("key")),
             **{
                 name: of_object(name)

@@ -60,7 +60,6 @@ WORLD = LIGHT
 # Blender lists curves, text, surfaces and metaballs twice: as themselves, and, where they have faces, as an instance
 # with a mesh of its own. What is left has no triangles.
 DATA = {
-    "Volume": "volumes are not rendered; convert them to a mesh to see their shape",
     "GreasePencil": "grease pencil strokes are not rendered; convert them to a mesh to see them",
     "GreasePencilv3": "grease pencil strokes are not rendered; convert them to a mesh to see them",  # before Blender 5
 }
@@ -105,12 +104,6 @@ def note_object(item, warnings) -> None:
             continue
         if modifier.type == "SUBSURF" and is_adaptive(item, modifier):
             warnings.add("Object", item.name, "adaptive subdivision is left out: it has the levels of its modifier")
-        if (
-            modifier.type == "FLUID"
-            and modifier.fluid_type == "DOMAIN"
-            and modifier.domain_settings.domain_type == "GAS"
-        ):
-            warnings.add("Object", item.name, "smoke and fire are not rendered")
 
 
 def note_hair(item, warnings) -> None:

@@ -14,6 +14,7 @@ from ..scene.shaders import Program
 from .changes import Changes
 from .nodes import Compiler
 from .nodes.subsurface import Subsurface, material_subsurface
+from .nodes.volumes import default_medium
 
 log = logging.getLogger(__name__)
 
@@ -27,6 +28,9 @@ _DEFAULT_SURFACE = {"Base Color": 0.8, "Roughness": 0.5, "IOR": 1.5, "Alpha": 1.
 _MOST_TABLES, _MOST_IMAGES = 1 << 20, 1 << 28  # floats, bytes
 
 
+_Key = tuple[int | None, bool]  # session_uid of a datablock, None of an empty slot; whether it is that of grids
+
+
 class Materials:
     """Indices of programs; each datablock is compiled when it is first asked for.
 
@@ -35,10 +39,10 @@ class Materials:
 
     def __init__(self, scene) -> None:
         self._scene = scene
-        self._indices: dict[int | None, int] = {}
-        self._lights: dict[int, Program] = {}
+        self._indices: dict[_Key, int] = {}
+        self._lights: dict[_Key, Program] = {}
         self._objects: dict[int, set[int]] = {}  # by datablock, whose places its program contains
-        self._stale: set[int | None] = set()
+        self._stale: set[_Key] = set()
         self._kept = 0, 0  # size of tables and images when all was compiled
 
     def go_on(self, scene, changes: Changes | None) -> None:
@@ -60,7 +64,8 @@ class Materials:
             stale, self._kept = {*self._indices, *self._lights}, (0, 0)
         else:
             named = changes.shaders | changes.places
-            stale = {key for key, objects in self._objects.items() if key in named or objects & named}
+            datablocks = {uid for uid, objects in self._objects.items() if uid in named or objects & named}
+            stale = {key for key in (*self._indices, *self._lights) if key[0] in datablocks}
         self._stale |= stale
         for key in stale:
             self._lights.pop(key, None)
@@ -71,9 +76,9 @@ class Materials:
         if self._kept == (0, 0):
             self._kept = self._scene.shaders.table_size, self._scene.images.nbytes
 
-    def index(self, material: bpy.types.Material | None) -> int:
-        """The program of a material; that of an empty slot for None."""
-        return self._once(material, lambda: self._material(material))
+    def index(self, material: bpy.types.Material | None, in_grids: bool = False) -> int:
+        """The program of a material; that of an empty slot for None. in_grids: of a box with grids of voxels."""
+        return self._once(material, lambda: self._material(material, in_grids), in_grids)
 
     def compile_world(self, world: bpy.types.World | None) -> int:
         """The program of a world, -1 without one."""
@@ -83,7 +88,7 @@ class Materials:
         """The program whose emission multiplies the lamp's own, -1 when that is 1 everywhere."""
         if not _has_nodes(light):
             return -1
-        key = light.original.session_uid
+        key = light.original.session_uid, False
         if key not in self._lights:
             self._lights[key] = self._compiled(Compiler(self._scene, "Light", light.name), light)
         program = self._lights[key]
@@ -92,8 +97,8 @@ class Materials:
             return -1
         return self._once(light, lambda: program)
 
-    def _once(self, datablock, make) -> int:
-        key = None if datablock is None else datablock.original.session_uid
+    def _once(self, datablock, make, in_grids: bool = False) -> int:
+        key = None if datablock is None else datablock.original.session_uid, in_grids
         if key not in self._indices:
             self._indices[key] = self._scene.shaders.add(make())
         elif key in self._stale:
@@ -101,13 +106,15 @@ class Materials:
         self._stale.discard(key)
         return self._indices[key]
 
-    def _material(self, material) -> Program:
+    def _material(self, material, in_grids: bool) -> Program:
         if material is None:
-            program = self._default()
+            program = self._default_medium() if in_grids else self._default()
             program.crypto_material = self._scene.manifests.note("Material", _DEFAULT_NAME)
             return program
-        subsurface = material_subsurface(material)
-        if _has_nodes(material):
+        subsurface = Subsurface() if in_grids else material_subsurface(material)
+        if in_grids:
+            program = self._compiled(self._compiler(material, subsurface, in_grids=True), material)
+        elif _has_nodes(material):
             program = self._tree(material, subsurface)
         else:
             program = self._plain(tuple(material.diffuse_color)[:3], DIFFUSE)
@@ -123,11 +130,14 @@ class Materials:
         return program
 
     def _tree(self, material, subsurface: Subsurface, is_medium: bool = False) -> Program:
+        return self._compiled(self._compiler(material, subsurface, is_medium), material)
+
+    def _compiler(self, material, subsurface, is_medium: bool = False, in_grids: bool = False) -> Compiler:
         compiler = Compiler(self._scene, "Material", material.name)
-        compiler.transparent_shadows = material.use_transparent_shadow
+        compiler.transparent_shadows = material.use_transparent_shadow or in_grids
         compiler.displaces = material.displacement_method != "BUMP"
-        compiler.subsurface, compiler.is_medium = subsurface, is_medium
-        return self._compiled(compiler, material)
+        compiler.subsurface, compiler.is_medium, compiler.in_grids = subsurface, is_medium, in_grids
+        return compiler
 
     def _world(self, world) -> Program:
         if not _has_nodes(world):
@@ -162,6 +172,13 @@ class Materials:
             words.append(-1 if unlinked else compiler.constant(value if item.components == 1 else (value,) * 3))
         words += [MULTI_GGX, *[0] * (len(layout.enums) - 1)]
         compiler.emit(layout.opcode, compiler.one, *words)
+        return compiler.program()
+
+    def _default_medium(self) -> Program:
+        """The program of grids of voxels without a material: Cycles' Principled Volume."""
+        compiler = Compiler(self._scene, "Material", "")
+        compiler.in_grids = True
+        default_medium(compiler)
         return compiler.program()
 
     def _plain(self, color: tuple[float, float, float], opcode: int) -> Program:

@@ -60,6 +60,7 @@ class MeshCache:
         self._shapes: Recent[Mesh] = Recent()
         self._standing: Recent[_Standing] = Recent()
         self._changed: frozenset[int] | None = None
+        self.volumes: Recent = Recent()  # grids of files, see volumes
         self._memory = np.empty(0, np.uint8)  # where what is only looked at is read to
 
     def next_frame(self, changed: frozenset[int] | None = None) -> None:
@@ -68,7 +69,7 @@ class MeshCache:
         changed: `session_uid`s of objects and data whose geometry has been evaluated anew; None: that is not known.
         """
         self._changed = changed
-        for recent in (self._meshes, self._shapes, self._standing):
+        for recent in (self._meshes, self._shapes, self._standing, self.volumes):
             recent.next_frame()
 
     def untouched(self, scene: SceneDescription, data: bpy.types.Mesh, memory: Memory) -> Mesh | None:

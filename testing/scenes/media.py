@@ -30,6 +30,25 @@ def medium(absorption=0.0, scattering=0.0, emission=0.0, g=0.0, glass=None, prio
     return result
 
 
+def ramp(absorption=0.0, scattering=0.0, emission=0.0, start=1.0, slope=1.0):
+    """A boundary's program whose coefficients are those numbers or rgb times start + slope y in object space."""
+    rgb = [value for x in (absorption, scattering, emission) for value in np.broadcast_to(x, 3)]
+    constants = [1.0, 1.0, 1.0, *rgb, 0.0, 0.0, start, slope]
+    inside = (
+        (ops.GEOMETRY, 20, ops.POINT_OBJECT, 0, 12),
+        (ops.MULTIPLY, 23, 1, 21, 15),
+        (ops.ADD, 23, 1, 23, 14),
+        *((ops.MULTIPLY, 24 + k, 1, 3 + k, 23) for k in range(9)),
+        (ops.VOLUME_COEFFICIENTS, 0, 24, 27, 30, PHASE_HG, 12, 13),
+    )
+    surface = (nodes.TRANSPARENT, 0, 0)
+    flags = rec.MATERIAL_MEDIUM | rec.MATERIAL_TRANSPARENT | rec.MATERIAL_BOUNDARY
+    flags |= rec.MATERIAL_MEDIUM_VARIES | rec.MATERIAL_MEDIUM_TEXTURED
+    result = program([surface, (END,), *inside], constants, flags=flags)
+    result.medium = len(surface) + 1 + 2
+    return result
+
+
 def stage(world=1.0) -> Builder:
     """Nothing but a world of constant radiance."""
     b = Builder()

@@ -401,7 +401,9 @@ def test_singular_matrices_are_left_out(stage):
 
 def test_unsupported_geometry_is_named(stage):
     place(bpy.data.hair_curves.new("Hair"), name="Fur")
-    place(bpy.data.volumes.new("Smoke"), name="Smoke")
+    smoke = bpy.data.volumes.new("Smoke")
+    smoke.filepath = "//nowhere.vdb"
+    place(smoke, name="Smoke")
     place(stage).is_shadow_catcher = True
     text = "\n".join(probe.rendered_scene().warnings.lines())
     assert "Fur" in text and "Smoke" in text and "shadow catcher" in text

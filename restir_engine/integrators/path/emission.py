@@ -40,7 +40,7 @@ def add_lamps(scene, integrator, film, scratch, path, sp, t):
 @device
 def _add_lamp(scene, integrator, film, scratch, path, sp, light, distance):
     r, g, b, pdf = light_radiance(scene, scratch, sp, light, vec(path.o), vec(path.d), distance)
-    radiance = mul((r, g, b), through_media(scene, scratch, path, distance))
+    radiance = mul((r, g, b), through_media(scene, integrator, scratch, path, distance))
     _add_found(integrator, film, path, radiance, pdf, EMISSION, light)
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from ...context import FrameContext
 from ...film import Film
 from ...kernels.core.jit import begin
-from ...kernels.core.records import SCENE_HAS_SUBSURFACE
+from ...kernels.core.records import SCENE_HAS_SUBSURFACE, SCENE_HAS_VARYING_MEDIA
 from ...scene.camera import Camera
 from ...scene.scene import Scene
 from ...settings import RenderSettings, required_passes
@@ -74,6 +74,8 @@ def integrator_of(
     context: FrameContext, settings: RenderSettings, film: Film, history: History | None = None
 ) -> Integrator:
     """The integrator of a render that asks for RESTIR."""
+    if context.scene.record["flags"] & SCENE_HAS_VARYING_MEDIA:
+        settings = _without_reuse(settings, context.scene)
     reuse = settings.reuse
     resamples = reuse.temporal or reuse.rounds or resamples_subsurface(context.scene, settings)
     if not reuse.pilot or resamples or "Visibility Estimate" in settings.passes:
@@ -95,6 +97,14 @@ def integrator_of(
     log.debug("Noise × time: %s", ", ".join(f"{way.name} {x:.3g}" for way, x in zip(WAYS, worth, strict=True)))
     chosen = WAYS[worth.index(min(worth))]
     return chosen.kind(context, _with(settings, chosen), film)
+
+
+def _without_reuse(settings: RenderSettings, scene: Scene) -> RenderSettings:
+    """The settings where media vary in space: light through them is an estimate, which reuse would weigh as exact."""
+    reuse = settings.reuse
+    if reuse.temporal or reuse.rounds or resamples_subsurface(scene, settings):
+        scene.warnings.add("Render", "Reuse", "is off, as there are volumes that vary in space")
+    return replace(settings, sss_shift="NONE", reuse=replace(reuse, temporal=False, rounds=0))
 
 
 def has_choice(scene: Scene) -> bool:

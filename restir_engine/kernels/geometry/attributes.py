@@ -8,6 +8,7 @@ from ..core.records import (
     DOMAIN_FACE,
     DOMAIN_MESH,
     DOMAIN_POINT,
+    DOMAIN_VOXEL,
     SHAPE_SPHERES,
     SHAPE_STRANDS,
     SHAPE_TRIANGLES,
@@ -16,6 +17,7 @@ from ..core.records import (
     mesh_at,
 )
 from ..core.vec import add, load3_f32, madd, scale, transform_point, vec
+from .voxels import voxel_values
 
 
 @device
@@ -23,7 +25,7 @@ def attribute(scene, sp, name, du, dv):
     """An attribute at (u + du, v + dv) of a primitive, on strands at u + du alone: (found, x, y, z, w).
 
     One component stands in x, y and z, two in x and y; w is 1 where the attribute has no fourth. Not found: zeros. The
-    mesh is asked first, then the instance.
+    mesh is asked first, then the instance. At points inside of a mesh (primitive -1) its grids of voxels are asked.
     """
     if sp.instance < 0:
         return False, 0.0, 0.0, 0.0, 0.0
@@ -31,6 +33,8 @@ def attribute(scene, sp, name, du, dv):
     for i in range(mesh.n_attributes):
         entry = attribute_at(mesh.attributes, i)
         if entry.name == name:
+            if sp.primitive < 0:
+                return _inside(scene, sp, entry)
             return _interpolate(mesh, entry, sp.primitive, sp.u + du, sp.v + dv)
     instance = instance_at(scene.instances, sp.instance)
     for i in range(instance.n_attributes):
@@ -38,6 +42,21 @@ def attribute(scene, sp, name, du, dv):
         if entry.name == name:
             return _interpolate(mesh, entry, sp.primitive, 0.0, 0.0)
     return False, 0.0, 0.0, 0.0, 0.0
+
+
+@device
+def _inside(scene, sp, entry):
+    """A mesh's attribute at a point inside of it, where there are voxels alone; as `attribute` has it.
+
+    Colours with an alpha are divided by it, as Cycles does behind its interpolation.
+    """
+    if entry.domain != DOMAIN_VOXEL:
+        return False, 0.0, 0.0, 0.0, 0.0
+    p = transform_point(instance_at(scene.instances, sp.instance).to_object, vec(sp.p))
+    x, y, z, w = voxel_values(entry.values, p)
+    if w > 1.0e-6 and w != 1.0:
+        return True, x / w, y / w, z / w, w
+    return True, x, y, z, w
 
 
 @device
@@ -63,7 +82,9 @@ def generated(scene, sp, du, dv):
     if found:
         return (x, y, z)
     mesh = mesh_at(scene.meshes, sp.mesh)
-    if mesh.shape != SHAPE_TRIANGLES:
+    if sp.primitive < 0:  # a point inside
+        p = transform_point(instance_at(scene.instances, sp.instance).to_object, vec(sp.p))
+    elif mesh.shape != SHAPE_TRIANGLES:
         p = madd(madd(vec(sp.p), vec(sp.dpdu), du), vec(sp.dpdv), dv)
         p = transform_point(instance_at(scene.instances, sp.instance).to_object, p)
     else:

@@ -212,7 +212,7 @@ _ENTRIES: dict[int, Entry] = {
     **BSDF_ENTRIES,
     **FILM_ENTRIES,
     **dict.fromkeys((ops.AMBIENT_OCCLUSION, ops.RAYCAST), ray_op),
-    **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_SUBSURFACE + 1), medium_op),
+    **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_ATTRIBUTE + 1), medium_op),
 }
 
 

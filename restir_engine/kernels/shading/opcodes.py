@@ -134,3 +134,4 @@ VOLUME_COEFFICIENTS = 302  # weight, absorption, scattering, emission, phase!, f
 VOLUME_PRINCIPLED = 303  # weight, colour, density, anisotropy, absorption colour, emission strength, emission colour,
 # blackbody intensity, blackbody tint, temperature, colour of a black body
 VOLUME_SUBSURFACE = 304  # weight, share, colour, radius, scale, anisotropy, IOR, method!, sign!: see medium.parameters
+VOLUME_ATTRIBUTE = 305  # out (4), name!: an attribute of the grids, ones where there is none

@@ -21,10 +21,10 @@ from ..core.records import (
     media_at,
     shadow_at,
 )
-from ..core.vec import dot, put, vec
+from ..core.vec import dot, mul, put, vec
 from ..path.state import ARRIVES, DIMENSIONS, next_after
 
-BEGIN, AROUND, SEGMENT, CROSS, SHADOW_RAY = range(5)
+BEGIN, AROUND, SEGMENT, CROSS, SHADOW_RAY, TRACK, THROUGH = range(7)
 
 _MOST_BOUNDARIES = 1024  # invisible boundaries that a path may pass, as in Cycles
 
@@ -84,13 +84,32 @@ def pass_media(scene, integrator, film, scratch, path, t, instance):
 
 
 @inlined
-def through_media(scene, scratch, path, t):
+def through_media(scene, integrator, scratch, path, t):
     """The share of light from the distance t on the path's ray that reaches its origin through the present media."""
     if not scene.flags & SCENE_HAS_MEDIA or media_at(scratch + SCRATCH_MEDIA, 0).count == 0:
         return (1.0, 1.0, 1.0)
     media = media_at(scratch + SCRATCH_MEDIA, 0)
     s = max(t - segment_start(path), 0.0)
-    return (math.exp(-media.sigma_t[0] * s), math.exp(-media.sigma_t[1] * s), math.exp(-media.sigma_t[2] * s))
+    share = (math.exp(-media.sigma_t[0] * s), math.exp(-media.sigma_t[1] * s), math.exp(-media.sigma_t[2] * s))
+    if media.varying > 0:
+        ray = shadow_at(scratch + SCRATCH_SHADOW, 0)
+        put(ray.o, vec(path.o))
+        put(ray.d, vec(path.d))
+        share = mul(share, through_varying(scene, integrator, scratch, scratch + SCRATCH_MEDIA, t - s, t))
+    return share
+
+
+@inlined
+def through_varying(scene, integrator, scratch, media, begin, end):
+    """The same, by an estimate, of the media at an address that vary, for a part of the scratch's SHADOW."""
+    ray = shadow_at(scratch + SCRATCH_SHADOW, 0)
+    ray.begin = begin
+    ray.end = end
+    before = vec(ray.transmittance)
+    _call(THROUGH, scene, integrator, 0, scratch, media)
+    result = vec(ray.transmittance)
+    put(ray.transmittance, before)
+    return result
 
 
 @inlined

@@ -5,19 +5,23 @@ import numpy as np
 from ..core.jit import Entry, entry, load, outcome_entry
 from ..core.records import (
     SCENE_HAS_MEDIA,
+    SCENE_HAS_VARYING_MEDIA,
     SCRATCH_MEDIA,
+    SCRATCH_SHADOW,
     film_at,
     integrator_at,
     path_in,
     point_in,
     scene_at,
     shading_point_at,
+    shadow_at,
 )
-from ..core.vec import vec
+from ..core.vec import put, vec
 from ..geometry.surface import offset_origin
 from .segment import follow_segment
 from .stack import cross
 from .through import find_media, shadow_through_media
+from .tracking import track, varying_transmittance
 
 
 @entry
@@ -55,15 +59,31 @@ def _shadow(scene, integrator, film, scratch, sp):
     shadow_through_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, shading_point_at(sp, 0))
 
 
-# In the order of calls.BEGIN …
+@entry
+def _track(scene, integrator, film, scratch, _):
+    scene, integrator, film = scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0)
+    ray = shadow_at(scratch + SCRATCH_SHADOW, 0)
+    begin = ray.begin
+    ray.end = begin + track(scene, integrator, film, scratch, path_in(scratch), begin, ray.end - begin)
+
+
+@entry
+def _through(scene, _integrator, _film, scratch, media):
+    through = varying_transmittance(scene_at(scene, 0), media, scratch, path_in(scratch))
+    put(shadow_at(scratch + SCRATCH_SHADOW, 0).transmittance, through)
+
+
+# In the order of calls.BEGIN …: what scenes with media need, and what those need whose media vary in space.
 _ENTRIES: tuple[Entry, ...] = (_begin, _around, _segment, _cross, _shadow)
+_VARYING: tuple[Entry, ...] = (_track, _through)
 
 
 def media_entries(scene_flags: int) -> np.ndarray:
-    """The table that INTEGRATOR.media points to: int64 (6,), compiled where it is not yet; 0 without media.
+    """The table that INTEGRATOR.media points to: int64 (8,), compiled where it is not yet; 0 for what is not needed.
 
     Behind the code there is room for the count of `stack.OVERFLOWS`.
     """
-    needed = scene_flags & SCENE_HAS_MEDIA
-    load(_ENTRIES if needed else ())
-    return np.array([*(e.address if needed else 0 for e in _ENTRIES), 0], np.int64)
+    needed = _ENTRIES if scene_flags & SCENE_HAS_MEDIA else ()
+    needed += _VARYING if scene_flags & SCENE_HAS_VARYING_MEDIA else ()
+    load(needed)
+    return np.array([*(e.address if e in needed else 0 for e in (*_ENTRIES, *_VARYING)), 0], np.int64)

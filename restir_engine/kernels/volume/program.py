@@ -7,9 +7,10 @@ emission in `emission` of the shading point, and add up like Cycles' volume clos
 import math
 
 from ..core.jit import device, entry, inlined
-from ..core.memory import load_i32
-from ..core.records import closure_at, shading_point_at
-from ..core.vec import add, mul, put, scale, vec
+from ..core.memory import load_i32, store_f64
+from ..core.records import RAY_SHADOW, closure_at, scene_at, shading_point_at
+from ..core.vec import add, mul, put, scale, store3_f64, vec
+from ..geometry.attributes import attribute
 from ..lobes.closure import add_closure
 from ..shading import opcodes as ops
 from ..shading.operands import number, opcode, triple
@@ -34,6 +35,8 @@ def _limit(g):
 
 @device
 def _add_phase(sp, kind, weight, a, b, c):
+    if sp.ray_flags & RAY_SHADOW:
+        return
     i = add_closure(sp, kind, weight, (0.0, 0.0, 1.0))
     if i >= 0:
         p = closure_at(sp.closures, i).p
@@ -65,10 +68,16 @@ def _emit(sp, radiance):
 
 
 @entry
-def medium_op(_scene, sp, registers, code, at):
+def medium_op(scene, sp, registers, code, at):
     """Run an instruction of the family from VOLUME_SCATTER on."""
     sp = shading_point_at(sp, 0)
     op = opcode(code, at)
+    if op == ops.VOLUME_ATTRIBUTE:
+        found, x, y, z, w = attribute(scene_at(scene, 0), sp, load_i32(code, at + 1), 0.0, 0.0)
+        out = load_i32(code, at)
+        store3_f64(registers, out, (x, y, z) if found else (1.0, 1.0, 1.0))
+        store_f64(registers, out + 3, w if found else 1.0)
+        return
     weight = triple(registers, code, at)
     if op == ops.VOLUME_SCATTER:
         w = scale(mul(weight, triple(registers, code, at + 1)), max(number(registers, code, at + 2), 0.0))

@@ -8,14 +8,18 @@ scattering").
 import math
 
 from ..core import rng
-from ..core.jit import device
+from ..core.jit import device, inlined
+from ..core.memory import call_entry, load_i64, record_address
 from ..core.records import (
     PHASE,
     RAY_VOLUME,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_MEDIA,
+    SCRATCH_SHADOW,
     light_sample_at,
     media_at,
+    shadow_at,
+    shadow_point_in,
 )
 from ..core.vec import dot, madd, max3, mul, neg, put, scale, vec
 from ..film.contribute import EMISSION, IN_MEDIUM, contribute, found
@@ -24,22 +28,13 @@ from ..lobes.classes import Lobes, share
 from ..path.direct import add_light_sample, draw_light
 from ..path.state import ARRIVES, DIM_DIRECTION, DIM_LOBE, DIMENSIONS, ENDS, GOES_ON, LAST, next_ray, roulette
 from ..subsurface.phase import around
-from .calls import segment_start
+from .calls import TRACK, segment_start
 from .phase import phase_cosine, phase_value
-from .stack import entry_at
+from .stack import decay, entry_at, only_world
+from .tracking import coefficients
 
 # Least share of a channel's albedo in its choice: one that is only absorbed still has its light carried through.
 _LEAST_ALBEDO = 0.25
-
-
-@device
-def decay(sigma, s):
-    """exp(-σ s) by channel; 1 where σ is 0, however long s is."""
-    return (
-        math.exp(-sigma[0] * s) if sigma[0] > 0.0 else 1.0,
-        math.exp(-sigma[1] * s) if sigma[1] > 0.0 else 1.0,
-        math.exp(-sigma[2] * s) if sigma[2] > 0.0 else 1.0,
-    )
 
 
 @device
@@ -89,13 +84,16 @@ def follow_segment(scene, integrator, film, scratch, path, sp, reaches):
     media = media_at(scratch + SCRATCH_MEDIA, 0)
     if reaches < 0:
         # A ray that meets nothing is outside of every closed mesh.
-        media.count = 0
-        return ARRIVES
+        only_world(scene, integrator, scratch + SCRATCH_MEDIA, shadow_point_in(scratch))
+        if media.count == 0:
+            return ARRIVES
     start = segment_start(path)
     path.medium_start = path.t
     s = path.t - start
     if s <= 0.0:
         return ARRIVES
+    if media.varying > 0:
+        return _follow_varying(scene, integrator, film, scratch, path, sp, start, s)
     _add_emission(integrator, film, path, media, s)
     sigma_t = vec(media.sigma_t)
     sigma_s = vec(media.sigma_s)
@@ -112,7 +110,27 @@ def follow_segment(scene, integrator, film, scratch, path, sp, reaches):
     if x >= s:
         return ARRIVES
     _scattering_point(path, sp, start + x)
-    return _scatter(scene, integrator, film, scratch, path, sp)
+    return _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s)
+
+
+@device
+def _follow_varying(scene, integrator, film, scratch, path, sp, start, s):
+    """`follow_segment` where some of the media vary in space."""
+    addresses = record_address(scene), record_address(integrator), record_address(film)
+    ray = shadow_at(scratch + SCRATCH_SHADOW, 0)
+    ray.begin = start
+    ray.end = start + s
+    call_entry(load_i64(integrator.media, TRACK), addresses[0], addresses[1], addresses[2], scratch, 0)
+    w = vec(path.throughput)
+    if w[0] == 0.0 and w[1] == 0.0 and w[2] == 0.0:
+        return ENDS
+    media = scratch + SCRATCH_MEDIA
+    x = ray.end - start
+    if x >= s:
+        return ARRIVES
+    sigma_t, sigma_s, _ = coefficients(media, media_at(media, 0).chosen)
+    _scattering_point(path, sp, start + x)
+    return _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s)
 
 
 @device
@@ -146,13 +164,11 @@ def _scattering_point(path, sp, t):
 
 
 @device
-def _scatter(scene, integrator, film, scratch, path, sp):
+def _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s):
     """Direct light at the scattering point sp, and the path's next ray from there; returns its next event."""
     media = scratch + SCRATCH_MEDIA
-    m = media_at(media, 0)
-    medium_passes(film, path, (
-        share(m.sigma_s[0], m.sigma_t[0]), share(m.sigma_s[1], m.sigma_t[1]), share(m.sigma_s[2], m.sigma_t[2]),
-    ))  # fmt: skip
+    albedo = share(sigma_s[0], sigma_t[0]), share(sigma_s[1], sigma_t[1]), share(sigma_s[2], sigma_t[2])
+    medium_passes(film, path, albedo)
     weight = roulette(integrator, path)
     if weight == 0.0:
         return ENDS
@@ -194,15 +210,27 @@ def _direct_light(scene, integrator, film, scratch, path, sp, d):
             add_light_sample(scene, integrator, film, scratch, path, sp, f, p, 1.0)
 
 
+@inlined
+def _has_scattered(media, index):
+    """Whether the phase function at a scattering point is made of that of a medium."""
+    m = media_at(media, 0)
+    if m.chosen >= 0:
+        return index == m.chosen
+    entry = entry_at(media, index)
+    return entry.priority == m.top and entry.majorants == 0
+
+
 @device
 def phase_density(media, cosine):
-    """The phase function of the media at an address, a mixture by their mean coefficients over the channels."""
-    top = media_at(media, 0).top
+    """The phase function of the media at an address, a mixture by their mean coefficients over the channels.
+
+    Where one that varies has scattered, it is that one's alone.
+    """
     total = 0.0
     value = 0.0
     for i in range(media_at(media, 0).count):
         entry = entry_at(media, i)
-        if entry.priority == top:
+        if _has_scattered(media, i):
             p = entry.phases
             for k in range(0, PHASE * entry.n_phases, PHASE):
                 total += p[k + 1]
@@ -213,13 +241,12 @@ def phase_density(media, cosine):
 @device
 def choose_cosine(media, u0, u1):
     """A cosine with the density of `phase_density`: u0 chooses the part, u1 the cosine."""
-    top = media_at(media, 0).top
     total = 0.0
     chosen = 0
     at = 0
     for i in range(media_at(media, 0).count):
         entry = entry_at(media, i)
-        if entry.priority == top:
+        if _has_scattered(media, i):
             for k in range(0, PHASE * entry.n_phases, PHASE):
                 weight = entry.phases[k + 1]
                 total += weight

@@ -24,9 +24,8 @@ from ..geometry.intersect import intersect
 from ..geometry.surface import surface_point
 from ..path.state import FAR, inherit, next_after
 from ..shading.interpreter import shader_eval
-from .calls import goes_behind, is_hidden
-from .segment import decay
-from .stack import copy_for_shadow, cross, enter, find
+from .calls import goes_behind, is_hidden, through_varying
+from .stack import copy_for_shadow, cross, decay, enter, find, only_world
 
 _POINT_WORDS = SHADING_POINT.itemsize // 8
 
@@ -59,6 +58,8 @@ def shadow_through_media(scene, integrator, scratch, path, sp):
             t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, ray.tmax, RAY_SHADOW_TRANSPARENT)
         if inside.count > 0:
             result = mul(result, decay(vec(inside.sigma_t), t - start))
+            if inside.varying > 0:
+                result = mul(result, through_varying(scene, integrator, scratch, media, start, t))
         if instance < 0:
             put(ray.transmittance, result)
             return
@@ -81,12 +82,14 @@ def shadow_through_media(scene, integrator, scratch, path, sp):
 
 @device
 def find_media(scene, integrator, scratch, path, o):
-    """Fill the MEDIA around o: of meshes that a ray upwards leaves without entering."""
+    """Fill the MEDIA around o: the world's, and those of meshes that a ray upwards leaves without entering."""
     media = scratch + SCRATCH_MEDIA
     entered = scratch + SCRATCH_SHADOW_MEDIA
-    media_at(media, 0).count = 0
     media_at(entered, 0).count = 0
     point = shadow_point_in(scratch)
+    inherit(point, path, 0.0)
+    put(point.p, o)
+    only_world(scene, integrator, media, point)
     tmin = 0.0
     for _ in range(4 * MAX_MEDIA):
         d = (0.0, 0.0, 1.0)

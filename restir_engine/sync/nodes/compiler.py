@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import bpy
 import numpy as np
@@ -40,6 +40,7 @@ class Compiler(ValueCompiler):
         self.transparent_shadows = True  # False: opaque to shadow rays, whatever it is to others
         self.displaces = False  # whether displacement is meant to move the surface
         self.subsurface = Subsurface()
+        self.in_grids = False  # whether it is the material of grids of voxels, which have a volume and no surface
         self.is_medium = False  # whether the surface is the material's own medium, whatever is linked to the output
         self.flags = 0
         self.emission_estimate = np.zeros(3)
@@ -87,13 +88,17 @@ class Compiler(ValueCompiler):
 
     def _surface(self, output: bpy.types.Node) -> None:
         self._nodes.append(output)
+        if self.in_grids:
+            self.medium(lambda: self.closure(output, "Volume", self.one))
+            self._nodes.pop()
+            return
         if self.is_linked(output, "Volume"):
-            if self.kind == "Material":
-                self._inside(output, "Volume", VOLUMES)
-                if not self.is_linked(output, "Surface") and not self.is_medium:
-                    self._invisible_boundary()
-            else:
+            if self.kind == "Light":
                 self.warn("volumes are not rendered")
+            else:
+                self._inside(output, "Volume", VOLUMES)
+            if self.kind == "Material" and not self.is_linked(output, "Surface") and not self.is_medium:
+                self._invisible_boundary()
         if self.subsurface.scatter_inside:
             self._inside(output, "Surface", INSIDE)
         if self.is_linked(output, "Displacement"):
@@ -110,19 +115,30 @@ class Compiler(ValueCompiler):
             self.flags |= rec.MATERIAL_BUMPED_EXIT
         self._nodes.pop()
 
+    def medium(self, emit: Callable[[], None]) -> None:
+        """Make the program one of grids of voxels: a medium, which emit() emits, with an invisible boundary."""
+        self._add_medium(emit, VOLUMES)
+        self._note_variation()
+        self._invisible_boundary()
+
     def _inside(self, output: bpy.types.Node, socket: str, converters: dict) -> None:
         """Add what a tree says of the medium inside, by other converters than those of surfaces."""
+        self._add_medium(lambda: self.closure(output, socket, self.one), converters)
+        if socket == "Volume":
+            self._note_variation()
+        elif any(self._variation(instruction) for instruction in self._medium):
+            self.warn("Scatter Inside has the values of the place where light enters")
+
+    def _add_medium(self, emit: Callable[[], None], converters: dict) -> None:
         surface, self.instructions = self.instructions, []
         self._converters = converters
-        self.closure(output, socket, self.one)
+        emit()
         self._converters = CLOSURES
         # The medium's instructions follow one another; none of them may use what the surface's have computed.
         self._medium, self.instructions = self._medium + self.instructions, surface
         self._cache.clear()
         if self._medium:
             self.flags |= rec.MATERIAL_MEDIUM
-        if any(self._varies_in_space(instruction) for instruction in self._medium):
-            self.warn("a volume that varies in space is rendered with its values where light enters")
 
     def _aov_outputs(self, tree: bpy.types.NodeTree) -> None:
         """Add what AOV Output nodes write, those within groups included."""
@@ -179,13 +195,25 @@ class Compiler(ValueCompiler):
         self.flags |= rec.MATERIAL_EMITS
         self.emission_estimate += np.maximum(radiance, 0.0)
 
-    def _varies_in_space(self, instruction: list[int]) -> bool:
-        """Whether what an instruction computes depends on the point: textures, and most of what is read from it."""
+    def _note_variation(self) -> None:
+        """Note whether the medium inside has to be asked for at points, and whether it varies by voxels alone."""
+        found = {self._variation(instruction) for instruction in self._medium}
+        if any(found):
+            self.flags |= rec.MATERIAL_MEDIUM_VARIES
+        if rec.MATERIAL_MEDIUM_TEXTURED in found:
+            self.flags |= rec.MATERIAL_MEDIUM_TEXTURED
+
+    def _variation(self, instruction: list[int]) -> int:
+        """What an instruction of a medium makes vary in space: 0 where it does not.
+
+        MATERIAL_MEDIUM_VARIES: it reads voxels; MATERIAL_MEDIUM_TEXTURED: it depends on the point by itself.
+        """
         opcode = instruction[0]
-        if opcode in (ops.ATTRIBUTE, ops.ATTRIBUTE_FACTOR):
+        if opcode in (ops.ATTRIBUTE, ops.ATTRIBUTE_FACTOR, ops.VOLUME_ATTRIBUTE):
             name = list(self.scene.attribute_names)[instruction[2]]
-            return split_object_property(name) is None
-        return opcode in (ops.GEOMETRY, ops.WIREFRAME) or 80 <= opcode < 200
+            return rec.MATERIAL_MEDIUM_VARIES if split_object_property(name) is None else 0
+        textured = opcode in (ops.GEOMETRY, ops.WIREFRAME, ops.CAMERA_DATA) or 80 <= opcode < 200
+        return rec.MATERIAL_MEDIUM_TEXTURED if textured else 0
 
     def lets_light_through(self) -> None:
         """Note that shadow rays may pass."""

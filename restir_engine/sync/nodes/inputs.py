@@ -32,7 +32,7 @@ def attribute(c, name: str) -> int:
     return _read(c, ("attribute", name), 4, ops.ATTRIBUTE, c.attribute(name))
 
 
-def _factor(c, name: str) -> int:
+def factor(c, name: str) -> int:
     """The register of an attribute as one number."""
     return _read(c, ("factor", name), 1, ops.ATTRIBUTE_FACTOR, c.attribute(name))
 
@@ -144,7 +144,7 @@ def _attribute_outputs(c, name: str):
     return {
         "Color": lambda: attribute(c, name),
         "Vector": lambda: attribute(c, name),
-        "Fac": lambda: _factor(c, name),
+        "Fac": lambda: factor(c, name),
         "Alpha": lambda: attribute(c, name) + 3,
     }
 

@@ -8,7 +8,9 @@ from ...kernels.volume import phase as phases
 from .closures import add_shader, mix_shader
 from .color import blackbody_color
 from .generic import menu_switch_shader
-from .registry import inside, volume
+from .inputs import attribute, factor
+from .registry import inside, node, volume
+from .sockets import find_socket
 from .subsurface import choice, medium_inputs
 
 # Phase functions by the identifier in the nodes: kind and the inputs it reads.
@@ -51,15 +53,20 @@ def volume_coefficients(c, node, weight):
 
 @volume("ShaderNodeVolumePrincipled")
 def volume_principled(c, node, weight):
-    blackbody, temperature = c.value(node, "Blackbody Intensity"), c.value(node, "Temperature")
-    color = c.one
-    if c.constant_value(blackbody) != (0.0,):
-        color = blackbody_color(c, temperature)
+    temperature = c.value(node, "Temperature")
+    density, color = c.value(node, "Density"), c.vector(node, "Color")
+    blackbody = c.value(node, "Blackbody Intensity")
+    if c.in_grids:
+        density = _times_grid(c, node, "Density Attribute", density, 1)
+        color = _times_grid(c, node, "Color Attribute", color, 3)
+    black = c.constant_value(blackbody) == (0.0,)
+    if c.in_grids and not black:
+        temperature = _times_grid(c, node, "Temperature Attribute", temperature, 1)
     c.emit(
         ops.VOLUME_PRINCIPLED,
         weight,
-        c.vector(node, "Color"),
-        c.value(node, "Density"),
+        color,
+        density,
         c.value(node, "Anisotropy"),
         c.vector(node, "Absorption Color"),
         c.value(node, "Emission Strength"),
@@ -67,8 +74,35 @@ def volume_principled(c, node, weight):
         blackbody,
         c.vector(node, "Blackbody Tint"),
         temperature,
-        color,
+        c.one if black else blackbody_color(c, temperature),
     )
+
+
+def _times_grid(c, node, socket: str, factor: int, components: int) -> int:
+    """A value times the grid that the node names, where the object has such a one."""
+    grid = find_socket(node.inputs, socket).default_value
+    return _times(c, grid, factor, components) if grid else factor
+
+
+def _times(c, grid: str, factor: int, components: int) -> int:
+    values, out = c.allocate(4), c.allocate(components)
+    c.emit(ops.VOLUME_ATTRIBUTE, values, c.attribute(grid))
+    if components == 1:
+        mean = c.allocate(1)
+        c.emit(ops.AVERAGE, mean, values)
+        values = mean
+    c.emit(ops.MULTIPLY, out, components, factor, values)
+    return out
+
+
+@node("ShaderNodeVolumeInfo")
+def volume_info(c, _):
+    return {
+        "Color": lambda: attribute(c, "color"),
+        "Density": lambda: factor(c, "density"),
+        "Flame": lambda: factor(c, "flame"),
+        "Temperature": lambda: factor(c, "temperature"),
+    }
 
 
 @volume("ShaderNodeEmission")
@@ -102,3 +136,15 @@ def principled_inside(c, node, weight):
         METHODS[choice(c, node, "subsurface_method")],
         ANY_SIGN if choice(c, node, "sign") == "ANY" else POSITIVE,
     )
+
+
+def default_medium(c) -> None:
+    """Cycles' Principled Volume as it comes: grey smoke of the density of its grid, coloured by another."""
+    zero, black = c.constant(0.0), c.constant((0.0, 0.0, 0.0))
+
+    def emit() -> None:
+        density, color = _times(c, "density", c.constant(1.0), 1), _times(c, "color", c.constant((0.5, 0.5, 0.5)), 3)
+        operands = (c.one, color, density, zero, black, zero, c.one, zero, c.one, c.constant(1000.0), c.one)
+        c.emit(ops.VOLUME_PRINCIPLED, *operands)
+
+    c.medium(emit)

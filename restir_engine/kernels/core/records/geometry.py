@@ -13,7 +13,7 @@ SHAPE_ENTRIES = 3
 SHAPE_HIT, SHAPE_SURFACE, SHAPE_CENTRE = 0, 1, 2
 
 # Attribute domains; those of spheres are DOMAIN_POINT and DOMAIN_MESH, a strand is a DOMAIN_FACE.
-DOMAIN_POINT, DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_MESH = 0, 1, 2, 3
+DOMAIN_POINT, DOMAIN_CORNER, DOMAIN_FACE, DOMAIN_MESH, DOMAIN_VOXEL = 0, 1, 2, 3, 4
 
 # Interned names with a meaning of their own; see scene.names.
 ATTRIBUTE_UV, ATTRIBUTE_GENERATED = 0, 1
@@ -22,7 +22,7 @@ ATTRIBUTE = record(
     "name",  # interned, see Scene.attribute_names; 0 is the active render UV map
     "domain",
     "components",  # 1 to 4 floats an element
-    "values",  # float32 [elements, components]
+    "values",  # float32 [elements, components]; of DOMAIN_VOXEL a VOXELS record
 )
 attribute_at = record_at(ATTRIBUTE)
 
@@ -63,6 +63,8 @@ INSTANCE = record(
     "lights",  # start of this instance's triangles in the table of emissive triangles, -1: none
     "attributes",  # ATTRIBUTE [n_attributes] of this instance (DOMAIN_MESH): properties of the object
     "n_attributes",
+    "majorants",  # int64 [n_materials]: MAJORANTS of the medium of each slot's material; 0: it does not vary
+    ("volume_density", 1),  # factor of the coefficients of the medium inside
     ("random", 1),  # Object Info > Random
     ("color", 4),
     ("location", 3),

@@ -8,23 +8,30 @@ MAX_PHASES = 6
 PHASE = 5  # float64 words of a phase function: kind (PHASE_* of kernels.volume.phase), weight, three parameters
 
 MEDIUM = record(
-    "instance",
+    "instance",  # -1: the world
     "material",
     "priority",
     "n_phases",
-    ("sigma_t", 3),  # extinction and scattering, 1 by scene unit
+    "majorants",  # MAJORANTS of a medium that varies in space; 0: it is the same everywhere
+    ("sigma_t", 3),  # extinction and scattering, 1 by scene unit; of a medium that varies, at the point last asked for
     ("sigma_s", 3),
     ("emission", 3),  # radiance by scene unit
+    ("next", 1),  # where on a ray its next tentative collision lies, and the majorant there
+    ("mu", 1),
     ("phases", MAX_PHASES * PHASE),
 )
 medium_at = record_at(MEDIUM)
 
 MEDIA = record(  # followed by MEDIUM [MAX_MEDIA]
     "count",
-    "top",  # highest priority of the media; those that have it add up to:
-    ("sigma_t", 3),
+    "top",  # highest priority of the media; those that have it add up:
+    "varying",  # how many of these vary in space
+    "chosen",  # the one that varies and has scattered, -1: those that do not vary
+    ("sigma_t", 3),  # sums over those that do not vary
     ("sigma_s", 3),
     ("emission", 3),
+    ("next", 1),  # as in MEDIUM, of their sum
+    ("mu", 1),
 )
 media_at = record_at(MEDIA)
 
@@ -33,5 +40,31 @@ SHADOW = record(  # a shadow ray through media
     ("d", 3),
     ("tmax", 1),
     ("transmittance", 3),
+    ("begin", 1),  # a part of the ray, for media that vary
+    ("end", 1),
 )
 shadow_at = record_at(SHADOW)
+
+MAJORANTS = record(  # bounds of the extinction of a medium that varies, by cells of a box
+    ("to_grid", 12),  # from world space to cells: cell (i, j, k) is what floors to that
+    "nx",
+    "ny",
+    "nz",
+    "scatters",  # 1: in some place
+    "emits",
+    # float32 [nx, ny, nz, MAJORANT_FIELDS], 1 by scene unit: bound of the extinction, bound of its difference to the
+    # mean, and the mean, rgb. Outside of the cells there is no medium.
+    "cells",
+)
+majorants_at = record_at(MAJORANTS)
+MAJORANT_FIELDS = 5
+
+VOXELS = record(  # a grid of values, interpolated linearly; 0 outside
+    ("to_index", 12),  # from object space to indices: the value [i, j, k] is that at (i, j, k)
+    "nx",
+    "ny",
+    "nz",
+    "components",
+    "values",  # float32 [nx, ny, nz, components]
+)
+voxels_at = record_at(VOXELS)

@@ -50,6 +50,7 @@ SCENE = record(
     "n_lights",
     "light_table",  # owned by scene.lights: everything that selection and sampling need (its own record)
     "world_material",  # program of the world, -1: black
+    "world_majorants",  # MAJORANTS of its medium, 0: it varies not
     "world_table",  # owned by scene.world: importance map
     "world_seen_by",
     "flags",
@@ -62,3 +63,5 @@ scene_at = record_at(SCENE)
 SCENE_HAS_TRANSPARENT = 1
 SCENE_HAS_SUBSURFACE = 2
 SCENE_HAS_MEDIA = 4
+SCENE_HAS_VARYING_MEDIA = 8
+SCENE_WORLD_MEDIUM = 16  # the world has a medium, which is everywhere

@@ -26,6 +26,8 @@ MATERIAL_SUBSURFACE = 16  # may make a LOBE_SUBSURFACE: its meshes have a bottom
 MATERIAL_BUMPED_EXIT = 32  # its subsurface lobes have normals of their own: light leaves by these
 MATERIAL_MEDIUM = 64  # has a medium inside
 MATERIAL_BUMP_UNCORRECTED = 256  # its bumped normals are taken as they are
+MATERIAL_MEDIUM_VARIES = 512  # and that medium varies in space: its program runs at points inside
+MATERIAL_MEDIUM_TEXTURED = 1024  # and not by grids of voxels alone
 MATERIAL_BOUNDARY = 128  # nothing but the invisible boundary of a medium: rays pass without a bounce
 
 IMAGE = record(

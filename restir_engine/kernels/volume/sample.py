@@ -1,0 +1,104 @@
+"""The program of a medium at many points at once: what bounds of its extinction are made from."""
+
+from ..core.jit import device, kernel
+from ..core.memory import load_f32, load_f64, store_f32, store_i32
+from ..core.records import (
+    SCENE,
+    SCRATCH_MEDIA,
+    instance_at,
+    shadow_point_in,
+    voxels_at,
+)
+from ..core.vec import max3, put, store3_f32, transform_point, vec
+from .stack import entry_at, evaluate
+
+
+@kernel
+def sample_medium(scene: SCENE, scratch, instance, material, points, first, last, out):
+    """Run the program of a medium at points [first, last).
+
+    instance: its index, -1: the world's medium; points: float64 [n, 3] in object space; out: float32 [n, 5]: the
+    extinction, rgb, and the largest channels of scattering and emission.
+    """
+    _start(scene, scratch, instance, material)
+    point = shadow_point_in(scratch)
+    entry = entry_at(scratch + SCRATCH_MEDIA, 0)
+    for i in range(first, last):
+        p = (load_f64(points, 3 * i), load_f64(points, 3 * i + 1), load_f64(points, 3 * i + 2))
+        if instance >= 0:
+            p = transform_point(instance_at(scene.instances, instance).to_world, p)
+        put(point.p, p)
+        evaluate(scene, entry, point)
+        store3_f32(out + 20 * i, 0, vec(entry.sigma_t))
+        store_f32(out, 5 * i + 3, max3(vec(entry.sigma_s)))
+        store_f32(out, 5 * i + 4, max3(vec(entry.emission)))
+
+
+@device
+def _start(scene, scratch, instance, material):
+    """Make the scratch's second SHADING_POINT one inside the medium that no ray in particular arrives at."""
+    point = shadow_point_in(scratch)
+    point.instance = instance
+    point.mesh = instance_at(scene.instances, instance).mesh if instance >= 0 else -1
+    point.primitive = -1
+    point.light = -1
+    point.material = material
+    point.backfacing = 0
+    point.ray_flags = 0
+    point.depth = 0
+    point.diffuse_depth = 0
+    point.glossy_depth = 0
+    point.transmission_depth = 0
+    point.transparent_depth = 0
+    point.t = 0.0
+    point.u = 0.0
+    point.v = 0.0
+    point.dp = 0.0
+    point.dd = 0.0
+    put(point.dpdu, (0.0, 0.0, 0.0))
+    put(point.dpdv, (0.0, 0.0, 0.0))
+    put(point.wo, (0.0, 0.0, 1.0))
+    put(point.n, (0.0, 0.0, 1.0))
+    put(point.ng, (0.0, 0.0, 1.0))
+
+
+@kernel
+def cell_extremes(voxels, size, first, last, ny, nz, out):
+    """Where the VOXELS at an address have their extremes in each cell of a grid, for cells [first, last) along x.
+
+    A cell (i, j, k) is made of the voxels from size (i, j, k) to size (i + 1, j + 1, k + 1), both included: all that
+    linear interpolation inside of it uses. out: int32 [nx, ny, nz, 2, 3], indices of the least and the largest, by the
+    sum of the components.
+    """
+    grid = voxels_at(voxels, 0)
+    for i in range(first, last):
+        for j in range(ny):
+            for k in range(nz):
+                _extremes_of(grid, size, i, j, k, out + 24 * ((i * ny + j) * nz + k))
+
+
+@device
+def _extremes_of(grid, size, i, j, k, out):
+    low = 1.0e300
+    high = -1.0e300
+    for x in range(size * i, min(size * (i + 1), grid.nx - 1) + 1):
+        for y in range(size * j, min(size * (j + 1), grid.ny - 1) + 1):
+            at = ((x * grid.ny + y) * grid.nz + size * k) * grid.components
+            for z in range(size * k, min(size * (k + 1), grid.nz - 1) + 1):
+                value = 0.0
+                for _ in range(grid.components):
+                    value += load_f32(grid.values, at)
+                    at += 1
+                if value < low:
+                    low = value
+                    _put_index(out, 0, x, y, z)
+                if value > high:
+                    high = value
+                    _put_index(out, 3, x, y, z)
+
+
+@device
+def _put_index(out, at, x, y, z):
+    store_i32(out, at, x)
+    store_i32(out, at + 1, y)
+    store_i32(out, at + 2, z)

@@ -1,0 +1,70 @@
+"""Media that vary in space against closed forms and quadrature."""
+
+import math
+
+import numpy as np
+import pytest
+
+from restir_engine.scene import majorants
+from restir_engine.scene.lamps import sun_lamp
+from testing.scenes.lights import matrix
+from testing.scenes.media import cube, medium, picture, ramp, stage
+from testing.scenes.rooms import WHITE
+
+SIGMA = np.array([0.2, 0.5, 1.0])
+
+
+def agree(image, expected, most=0.002):
+    """The mean over an image agrees within four of its own errors, which are at most a share of it."""
+    flat = image.reshape(-1, 3)
+    error = flat.std(0) / math.sqrt(len(flat))
+    assert np.all(error < most * np.abs(expected)), error
+    assert np.all(np.abs(flat.mean(0) - expected) < 4.0 * error + 1e-5), (flat.mean(0), expected, error)
+
+
+def test_transmittance_of_a_ramp():
+    """Seen by paths: exp(-∫ σ (1 + y) dy) over -1 … 1."""
+    b = stage()
+    cube(b, ramp(absorption=SIGMA))
+    agree(picture(b, 64), np.exp(-2.0 * SIGMA))
+
+
+def test_emission_of_a_ramp():
+    b = stage(world=0.0)
+    cube(b, ramp(emission=SIGMA))
+    agree(picture(b, 512), 2.0 * SIGMA, 0.005)
+
+
+@pytest.fixture(params=["bounds", "no bounds"])
+def bounds(request, monkeypatch):
+    """With majorants as they are, and with some that are exceeded nearly everywhere."""
+    if request.param == "no bounds":
+        monkeypatch.setattr(majorants, "_MARGIN", 0.85)
+
+
+@pytest.mark.usefixtures("bounds")
+def test_single_scattering_of_a_sun_from_above():
+    """L(z) = p(0) E ∫ σ_s f(y) exp(-σ_t (f(y) (1 - z) + F(y))) dy with f = 1 + y, F its integral, σ_t = σ_s + σ_a."""
+    b = stage(world=0.0)
+    b.lamp(sun_lamp(matrix(axis=(0.0, 0.0, 1.0)), 2.0 * WHITE, 0.0))
+    scattering, absorption = np.array([0.3, 0.8, 1.5]), np.array([0.2, 0.0, 0.5])
+    cube(b, ramp(absorption, scattering))
+    y, z = np.linspace(-1.0, 1.0, 2001)[:, None, None], np.linspace(-0.8, 0.8, 401)[None, :, None]
+    depth = (scattering + absorption) * ((1.0 + y) * (1.0 - z) + 0.5 * (1.0 + y) ** 2)
+    integrand = scattering * (1.0 + y) * np.exp(-depth)
+    expected = 2.0 / (4.0 * math.pi) * np.trapezoid(integrand, y[:, 0, 0], axis=0).mean(0)
+    agree(picture(b, 2048, max_bounces=0, volume_bounces=0).mean(0), expected, 0.005)
+
+
+def test_what_only_scatters_is_invisible_in_a_furnace():
+    b = stage()
+    cube(b, ramp(scattering=(0.5, 1.0, 2.0)))
+    agree(picture(b, 256), np.ones(3), 0.01)
+
+
+def test_overlapping_media_add_up():
+    b = stage()
+    cube(b, ramp(absorption=SIGMA))
+    cube(b, ramp(absorption=0.5 * SIGMA, slope=-1.0), (0.0, 1.0, 0.0))
+    cube(b, medium(absorption=0.3), (0.0, 1.01, 0.02))
+    agree(picture(b, 128), np.exp(-2.0 * SIGMA - SIGMA - 0.6))
