@@ -114,15 +114,6 @@ def test_adaptive_subdivision(shown):
     assert "adaptive subdivision" in warnings.lines()[0]
 
 
-def test_smoke(shown):
-    thing = bpy.data.objects["cube"]
-    modifier = thing.modifiers.new("Fluid", "FLUID")
-    modifier.fluid_type = "DOMAIN"
-    warnings = Warnings()
-    note_object(thing, warnings)
-    assert "smoke" in warnings.lines()[0]
-
-
 @pytest.mark.parametrize("which", ["receiver_collection", "blocker_collection"])
 @pytest.mark.parametrize("kind", ["cube", "lamp"])
 def test_light_and_shadow_linking(shown, which, kind):

@@ -68,3 +68,26 @@ def test_overlapping_media_add_up():
     cube(b, ramp(absorption=0.5 * SIGMA, slope=-1.0), (0.0, 1.0, 0.0))
     cube(b, medium(absorption=0.3), (0.0, 1.01, 0.02))
     agree(picture(b, 128), np.exp(-2.0 * SIGMA - SIGMA - 0.6))
+
+
+def test_overlapping_media_scatter_like_their_sum():
+    """Two ramps, one rising and one falling, and a medium that does not vary, against one of all their coefficients."""
+
+    def image(build, seed):
+        b = stage(world=0.3)
+        b.lamp(sun_lamp(matrix(axis=(0.0, 0.0, 1.0)), 2.0 * WHITE, 0.0))
+        build(b)
+        return picture(b, 256, max_bounces=1, volume_bounces=1, seed=seed)
+
+    def parts(b):
+        cube(b, ramp((0.2, 0.1, 0.0), (0.1, 0.6, 0.2)))
+        cube(b, ramp((0.2, 0.1, 0.0), (0.1, 0.6, 0.2), slope=-1.0), size=1.0001)
+        cube(b, medium((0.1, 0.0, 0.2), (0.4, 0.2, 0.1)), size=1.0002)
+
+    def whole(b):
+        cube(b, medium((0.5, 0.2, 0.2), (0.6, 1.4, 0.5)))
+
+    apart, together = (image(build, seed).mean(0) for seed, build in enumerate((parts, whole)))
+    error = np.hypot(apart.std(0), together.std(0)) / math.sqrt(len(apart))
+    assert np.all(error < 0.01 * together.mean(0)), error / together.mean(0)
+    assert np.all(np.abs(apart.mean(0) - together.mean(0)) < 4.0 * error), (apart.mean(0), together.mean(0), error)

@@ -145,7 +145,8 @@ def survival_probability(path, integrator):
     """Russian roulette: the probability to shade the surface. What it emits is counted in any case."""
     if path.flags & RAY_TRANSPARENT or path.bounce <= integrator.min_bounces:
         return 1.0
-    return min(1.0, math.sqrt(max3(vec(path.throughput))))
+    w = path.throughput  # negative where a medium is denser than its majorant
+    return min(1.0, math.sqrt(max3((abs(w[0]), abs(w[1]), abs(w[2])))))
 
 
 @inlined

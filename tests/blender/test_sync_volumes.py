@@ -1,0 +1,118 @@
+"""Volume objects and smoke domains as they are read: values, places, files that are not there."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from restir_engine.scene.description import SceneDescription  # noqa: E402
+from restir_engine.scene.recent import Recent  # noqa: E402
+from restir_engine.scene.voxels import VoxelAttribute, box_mesh  # noqa: E402
+from restir_engine.sync import voxels  # noqa: E402
+from restir_engine.sync.volumes import _CENTER, density_factors, read_domain, read_volume  # noqa: E402
+from testing.blender import kit  # noqa: E402
+from testing.blender.scenes.smoke import cloud  # noqa: E402
+
+
+def evaluated(thing):
+    return thing.evaluated_get(bpy.context.evaluated_depsgraph_get())
+
+
+def asking(*names) -> SceneDescription:
+    scene = SceneDescription()
+    for name in names:
+        scene.attribute_name(name)
+    return scene
+
+
+@pytest.fixture
+def smoke():
+    kit.reset()
+    return cloud(kit.material(lambda node: {"Volume": node("VolumePrincipled")}), n=12)
+
+
+def test_voxels_are_read_at_their_places(smoke):
+    """Twelve, fifteen and seven voxels from -1 to 1, half a voxel off before Blender 5."""
+    scene = asking("density")
+    before = [len(getattr(bpy.data, name)) for name in ("objects", "volumes", "scenes", "node_groups", "meshes")]
+    mesh = read_volume(scene, evaluated(smoke), Recent())
+    after = [len(getattr(bpy.data, name)) for name in ("objects", "volumes", "scenes", "node_groups", "meshes")]
+    assert before == after and not len(scene.warnings)
+    (grid,) = mesh.attributes
+    assert grid.values.shape == (13, 17, 9, 1)  # where x is -1 there is nothing
+    index = np.stack(np.meshgrid(*(np.arange(n) for n in grid.values.shape[:3]), indexing="ij"), -1).reshape(-1, 3)
+    places = index @ grid.to_object[:, :3].T + grid.to_object[:, 3]
+    places -= _CENTER * np.diag(grid.to_object[:, :3])
+    inside = (np.abs(places) <= 1.0 + 1e-5).all(1)
+    x, y, z = places.T
+    expected = np.where(inside, ((1.0 + x) * (2.0 + y) * (3.0 + z) / 24.0) ** 2, 0.0)
+    assert grid.values.ravel() == pytest.approx(expected, abs=1e-5)
+
+
+def test_a_file_is_read_once_and_its_grids_are_kept(smoke, tmp_path, monkeypatch):
+    path = str(tmp_path / "cloud.vdb")
+    volume = evaluated(smoke).data
+    volume.grids.load()
+    assert volume.grids.save(filepath=path)
+    data = bpy.data.volumes.new("File")
+    data.filepath = path
+    thing = kit.add(data)
+    kept = Recent()
+    first = read_volume(asking("density"), evaluated(thing), kept)
+    monkeypatch.setattr(voxels, "_by_nodes", None)
+    again = read_volume(asking("density"), evaluated(thing), kept)
+    assert first.attributes[0].values == pytest.approx(again.attributes[0].values)
+
+
+def test_what_cannot_be_read_is_named(smoke, monkeypatch):
+    data = bpy.data.volumes.new("Gone")
+    data.filepath = "//gone.vdb"
+    scene = asking("density")
+    assert read_volume(scene, evaluated(kit.add(data)), Recent()) is None
+    assert "Gone" in scene.warnings.lines()[0] and "gone.vdb" in scene.warnings.lines()[0]
+    monkeypatch.setattr(voxels, "KINDS", {})
+    assert read_volume(scene, evaluated(smoke), Recent()) is None
+    assert "density" in scene.warnings.lines()[1] and "float" in scene.warnings.lines()[1]
+    assert read_volume(asking("flame"), evaluated(smoke), Recent()) is None
+
+
+def test_a_smoke_domain_fills_the_texture_space_of_its_mesh():
+    kit.reset()
+    thing = kit.put("cube", None)
+    density = np.arange(24, dtype=np.float32)
+    fine = np.arange(4 * 8 * 24, dtype=np.float32)
+
+    class Values(list):
+        def foreach_get(self, target):
+            target[:] = self
+
+    domain = SimpleNamespace(
+        domain_resolution=(2, 3, 4), noise_scale=2, density_grid=Values(density), color_grid=Values(fine),
+        flame_grid=[], heat_grid=[0.0] * 7, temperature_grid=[], velocity_grid=[],
+    )  # fmt: skip
+    scene = asking("density", "color", "flame", "heat")
+    mesh = read_domain(scene, thing, domain)
+    grids = {grid.name: grid for grid in mesh.attributes}
+    smoke, color = grids[scene.attribute_name("density")], grids[scene.attribute_name("color")]
+    assert smoke.values[1, 1, 1, 0] == 0.0 and smoke.values[2, 1, 1, 0] == 1.0 and smoke.values[1, 2, 1, 0] == 2.0
+    # The first voxel's centre is half an edge from the corner of the texture space, here that of the mesh.
+    assert smoke.to_object @ (1.0, 1.0, 1.0, 1.0) == pytest.approx([-0.5, -1.0 + 1.0 / 3.0, -0.75])
+    assert color.values.shape == (6, 8, 10, 4)
+    assert len(grids) == 2 and "heat" in scene.warnings.lines()[0]
+
+
+def test_density_in_object_space_counts_by_the_length_of_the_diagonal():
+    stretched = np.column_stack([np.diag((1.0, 2.0, 2.0)), np.ones(3)])
+    matrices = np.array([np.eye(3, 4).ravel(), 3.0 * np.eye(3, 4).ravel(), stretched.ravel()])
+    assert density_factors(matrices) == pytest.approx([1.0, 1.0 / 3.0, 1.0 / np.sqrt(3.0)])
+
+
+def test_boxes_look_outwards():
+    for mirror in (1.0, -1.0):
+        grid = VoxelAttribute(0, np.zeros((3, 4, 5)), np.column_stack([np.diag((mirror, 2.0, 1.0)), np.zeros(3)]))
+        mesh = box_mesh("Box", [grid])
+        a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+        outwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), a - mesh.vertices.mean(0))
+        assert len(outwards) == 12 and np.all(outwards > 0.0)
