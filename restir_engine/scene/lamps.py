@@ -37,6 +37,8 @@ def _lamp(
     max_bounces: int = 1024,
     casts_shadow: bool = True,
     hittable: bool = True,
+    links: int = -1,
+    blockers: int = -1,
     object_index: int = 0,
     key: int = 0,
 ) -> np.ndarray:
@@ -51,6 +53,7 @@ def _lamp(
     record["kind"] = kind
     record["material"] = material
     record["seen_by"] = seen_by
+    record["links"], record["blockers"] = links, blockers
     record["max_bounces"] = max_bounces
     record["object_index"] = object_index
     record["key"] = key

@@ -109,10 +109,13 @@ class Scene:
         record["bounds"] = (*lower, *upper) if len(instances) and masks.any() else (0.0,) * 6
 
     def _instance_masks(self) -> np.ndarray:
-        """Embree masks: visibility, with shadow rays told apart by whether a material lets them through."""
+        """Embree masks: visibility, shadow rays told apart by whether a material lets them through and by blockers."""
         seen_by = self.instances["seen_by"] & rec.RAY_ALL
         shadow = (seen_by & rec.RAY_SHADOW) != 0
-        shadow_bits = np.where(self._lets_through(), rec.RAY_SHADOW_TRANSPARENT, rec.RAY_SHADOW_OPAQUE)
+        lets_through = self._lets_through()
+        shadow_bits = np.where(lets_through, rec.RAY_SHADOW_TRANSPARENT, rec.RAY_SHADOW_OPAQUE)
+        sets = self.instances["blocker_set"]
+        shadow_bits = np.where(sets > 0, np.where(lets_through, 1 << 22, 1 << 15) << sets, shadow_bits)
         return (seen_by & ~rec.RAY_SHADOW) | np.where(shadow, shadow_bits, 0)
 
     def _lets_through(self) -> np.ndarray:

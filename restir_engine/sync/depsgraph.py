@@ -25,6 +25,7 @@ from .curves import read_curves, strand_look
 from .hashing import hash_uint2, to_unit
 from .identity import name_key, numbered
 from .left_out import note_hair, note_object, note_scene
+from .light_linking import blockers, owners, receivers
 from .lights import sync_light
 from .materials import Materials
 from .mesh import readable
@@ -100,6 +101,12 @@ class _Placed:
     in_object_space: bool = False  # a Volume whose density is
     terminator: float = 0.0
     terminator_frequency: float = 1.0
+    rules: tuple[int, int] = (-1, -1)  # of its emission, by receivers and by blockers: see sync.light_linking
+    owners: tuple[int, ...] = ()
+    light_set: int = 0
+    blocker_set: int = 0
+    links: int = -1
+    blockers: int = -1
     culled_by: Culled | None = None
     particles: bool = False
     properties: list[Attribute] = field(default_factory=list)  # one value each
@@ -125,6 +132,8 @@ class _Reader:
         self.culling = Culling(depsgraph.scene_eval, scene.camera)
         self.materials = materials
         self._space = space
+        self._linking = receivers(), blockers()
+        self._lamp_rules: list[tuple[int, int]] = []
         self._placed: list[_Placed] = [_Placed(-1)]
         self._by_key: dict[tuple[int, ...], int] = {}
         self._meshes: dict[int, tuple[int, int]] = {}  # datablock → index, number of names known when it was read
@@ -142,6 +151,7 @@ class _Reader:
             if self._placed[index].particles:
                 particle.append((len(placed) - 1, instance.persistent_id[0]))
         self.scene.material_slots = np.array(self._slot_values, np.int32)
+        self._link_lights()
         self._build(np.array(placed, np.int64), is_instance, particle)
 
     def _visit(self, instance, instanced: bool) -> int:
@@ -160,7 +170,8 @@ class _Reader:
         if index is None:
             index = self._by_key[key] = self._first(instance, item, data)
         if index == _LIGHT:
-            sync_light(self.scene, instance, self.materials, rays_that_see(instance, self.view_layer))
+            if sync_light(self.scene, instance, self.materials, rays_that_see(instance, self.view_layer)):
+                self._lamp_rules.append(self._rules(item))
             return 0
         return index
 
@@ -210,6 +221,8 @@ class _Reader:
             in_object_space=isinstance(data, bpy.types.Volume) and data.render.space == "OBJECT",
             terminator=item.shadow_terminator_geometry_offset,
             terminator_frequency=1.0 / (1.0 - 0.5 * item.shadow_terminator_shading_offset),
+            rules=self._rules(item),
+            owners=owners(instance),
             culled_by=self.culling.of(item),
             particles=instance.is_instance and instance.particle_system is not None,
             properties=self._properties(instance),
@@ -343,6 +356,10 @@ class _Reader:
                     "color",
                     "terminator",
                     "terminator_frequency",
+                    "light_set",
+                    "blocker_set",
+                    "links",
+                    "blockers",
                 )
             },
         )
@@ -352,6 +369,26 @@ class _Reader:
             index = instance["mesh"]
             if isinstance(self.scene.meshes[index], Mesh):
                 self.scene.meshes[index] = with_normals_for(self.scene.meshes[index], instance["to_object"])
+
+    def _rules(self, item) -> tuple[int, int]:
+        """The rules of what an object emits: of receivers, of blockers."""
+        return tuple(linking.rule_of(item) for linking in self._linking)
+
+    def _link_lights(self) -> None:
+        """Tell lamps and objects apart by what lights what, and what blocks what."""
+        lamps = self.scene.lights.lamps
+        names = (("light_set", "links"), ("blocker_set", "blockers"))
+        for which, (linking, (name, bits_name)) in enumerate(zip(self._linking, names, strict=True)):
+            if not linking.rules:
+                continue
+            sets, bits, crowded = linking.resolve([item.owners for item in self._placed])
+            if crowded:
+                text = f"light or shadow linking tells apart more than {linking.most} sets of objects"
+                self.scene.warnings.add("Scene", self.depsgraph.scene.name, text)
+            for item, own in zip(self._placed, sets, strict=True):
+                setattr(item, name, own)
+                setattr(item, bits_name, bits[item.rules[which]] if item.rules[which] >= 0 else -1)
+            lamps[bits_name] = [bits[rules[which]] if rules[which] >= 0 else -1 for rules in self._lamp_rules]
 
     def _attach_attributes(self, which: np.ndarray, chosen: np.ndarray) -> None:
         """Give the instances their attributes. which: their `_Placed`; chosen: their place in the depsgraph."""

@@ -51,10 +51,6 @@ OWN_PASSES = {
     ),
     "use_pass_denoising": (LeftOut("cycles.denoising_store_passes", "Denoising Data"),),
 }
-OBJECT = (
-    LeftOut("light_linking.receiver_collection", "light linking is left out: its light reaches every object"),
-    LeftOut("light_linking.blocker_collection", "shadow linking is left out: every object blocks its light"),
-)
 LIGHT = (LeftOut("cycles.is_caustics_light", "shadow caustics are left out: caustics are found by chance alone"),)
 WORLD = LIGHT
 # Blender lists curves, text, surfaces and metaballs twice: as themselves, and, where they have faces, as an instance
@@ -93,8 +89,6 @@ def note_object(item, warnings) -> None:
     """Name what an evaluated object that is rendered asks for in vain, by itself or by its data."""
     text = DATA.get(type(item.data).__name__)
     if text:
-        warnings.add("Object", item.name, text)
-    for text in asked(item, OBJECT):
         warnings.add("Object", item.name, text)
     if isinstance(item.data, bpy.types.Light):
         for text in asked(item.data, LIGHT):

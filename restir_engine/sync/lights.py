@@ -12,8 +12,8 @@ from .identity import identity
 _DIAMETERS = {"SQUARE": (False, False), "RECTANGLE": (False, True), "DISK": (True, False), "ELLIPSE": (True, True)}
 
 
-def sync_light(scene, instance, materials, seen_by: int) -> None:
-    """Add the light of an entry of `depsgraph.object_instances` to the scene.
+def sync_light(scene, instance, materials, seen_by: int) -> bool:
+    """Add the light of an entry of `depsgraph.object_instances` to the scene; False: it sends out nothing.
 
     seen_by: RAY_* bits of the rays that see the object; materials: compiles the light's node tree.
     """
@@ -23,7 +23,7 @@ def sync_light(scene, instance, materials, seen_by: int) -> None:
     settings = getattr(light, "cycles", None)
     if light.type == "AREA" and getattr(settings, "is_portal", False):
         warn("Light", light.name, "portals are ignored: the world is sampled by its brightness")
-        return
+        return False
     strength = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
     if light.use_temperature:
         strength *= np.array(light.temperature_color)
@@ -46,7 +46,7 @@ def sync_light(scene, instance, materials, seen_by: int) -> None:
         ellipse, two = _DIAMETERS[light.shape]
         height = light.size_y if two else light.size
         if not np.linalg.norm(matrix[:3, :2], axis=0).astype(np.float32).all() or light.size * height == 0.0:
-            return  # as in Cycles, an area of 0 sends out nothing
+            return False  # as in Cycles, an area of 0 sends out nothing
         lamp = area_lamp(matrix, strength, light.size, height, ellipse=ellipse, spread=light.spread, **common)
     elif light.type == "SPOT":
         lamp = spot_lamp(
@@ -61,6 +61,7 @@ def sync_light(scene, instance, materials, seen_by: int) -> None:
     else:
         lamp = point_lamp(matrix, strength, light.shadow_soft_size, soft=light.use_soft_falloff, **common)
     scene.lights.add(lamp)
+    return True
 
 
 def _with_program(scene, light, materials, strength: np.ndarray) -> tuple[np.ndarray, int]:

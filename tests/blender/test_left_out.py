@@ -114,16 +114,6 @@ def test_adaptive_subdivision(shown):
     assert "adaptive subdivision" in warnings.lines()[0]
 
 
-@pytest.mark.parametrize("which", ["receiver_collection", "blocker_collection"])
-@pytest.mark.parametrize("kind", ["cube", "lamp"])
-def test_light_and_shadow_linking(shown, which, kind):
-    """Of lamps and of meshes that emit."""
-    thing = kit.lamp() if kind == "lamp" else bpy.data.objects["cube"]
-    setattr(thing.light_linking, which, bpy.data.collections.new("Linked"))
-    bpy.ops.render.render()
-    assert any("linking" in line for line in warning_log.lines(shown.name))
-
-
 def test_hidden_particles_are_not_named(shown):
     warnings = Warnings()
     note_hair(bpy.data.objects["cube"], warnings)

@@ -1,6 +1,7 @@
 """Light that a path's ray finds by itself, weighed by MIS against light sampling: lamps, the world, surfaces."""
 
 from ...kernels.core.jit import device, inlined
+from ...kernels.core.records import instance_at, light_at
 from ...kernels.core.vec import is_black, mul, scale, vec
 from ...kernels.film.contribute import (
     BACKDROP,
@@ -16,6 +17,7 @@ from ...kernels.film.contribute import (
 from ...kernels.film.surface_passes import aov_passes, wants_aovs
 from ...kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
 from ...kernels.lights.emission import shadow_point, world_point
+from ...kernels.lights.linking import EVERYTHING, reaches
 from ...kernels.lights.world import world_pdf, world_radiance
 from ...kernels.path.state import COUNTED, FAR, hit_weight, next_after
 from ...kernels.volume.calls import through_media
@@ -37,8 +39,17 @@ def add_lamps(scene, integrator, film, scratch, path, sp, t):
         tmin = next_after(distance)
 
 
+@inlined
+def _found_by_ray(path, links, blockers):
+    """Whether what a light sends along the path's ray is for the ray to find: see kernels.lights.linking."""
+    return reaches(links, path.receiver_set) and (blockers == EVERYTHING or path.mis_pdf <= 0.0)
+
+
 @device
 def _add_lamp(scene, integrator, film, scratch, path, sp, light, distance):
+    lamp = light_at(scene.lights, light)
+    if not _found_by_ray(path, lamp.links, lamp.blockers):
+        return
     r, g, b, pdf = light_radiance(scene, scratch, sp, light, vec(path.o), vec(path.d), distance)
     radiance = mul((r, g, b), through_media(scene, integrator, scratch, path, distance))
     _add_found(integrator, film, path, radiance, pdf, EMISSION, light)
@@ -70,7 +81,10 @@ def add_world(scene, integrator, film, scratch, path, sp):
 @inlined
 def add_surface_emission(scene, integrator, film, path, sp, o):
     """Add what the surface at sp emits towards o, where the path's ray begins."""
-    if not is_black(vec(sp.emission)):
+    if is_black(vec(sp.emission)):
+        return
+    placed = instance_at(scene.instances, sp.instance)
+    if _found_by_ray(path, placed.links, placed.blockers):
         pdf = triangle_pdf(scene, sp, o) if path.mis_pdf > 0.0 else 0.0
         _add_found(integrator, film, path, vec(sp.emission), pdf, EMISSION, ON_SURFACE)
 

@@ -47,6 +47,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     sp.instance = instance
     sp.primitive = primitive
     sp.mesh = placed.mesh
+    sp.light_set = placed.light_set
     sp.shape = mesh.shape
     sp.light = -1
     sp.material = primitive_material(scene, placed, mesh, primitive)

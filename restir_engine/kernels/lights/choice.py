@@ -60,12 +60,13 @@ def note_choice(scene, sp):
     table = light_table_at(scene.light_table, 0)
     n = _receiver(sp)
     put(sp.receiver, n)
+    sp.receiver_set = sp.light_set
     alone = max(table.lamps, max(table.triangles, table.world))
     if alone == 1.0:
         put(sp.light_shares, (float(table.lamps), float(table.triangles), float(table.world)))
         return
     o = vec(sp.p)
-    lamps = lamps_bring(scene, table, o, n) if table.lamps > 0.0 else 0.0
+    lamps = lamps_bring(scene, table, o, n, sp.light_set) if table.lamps > 0.0 else 0.0
     triangles = triangles_bring(table, o, n) if table.triangles > 0.0 else 0.0
     world = world_brings(world_table_at(scene.world_table, 0), n) if table.world > 0.0 else 0.0
     put(sp.light_shares, share_out(lamps, triangles, world))

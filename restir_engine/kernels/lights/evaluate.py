@@ -104,5 +104,5 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
         density = area_density(light, d, t) if light.kind == LIGHT_AREA else ls.pdf
         chosen = table.lamps * lamp_share(tiles, index) * tiles.candidates
         return radiance[0], radiance[1], radiance[2], density * chosen
-    chosen = sp.light_shares[0] * lamp_probability(scene, o, vec(sp.receiver), index)
+    chosen = sp.light_shares[0] * lamp_probability(scene, o, vec(sp.receiver), sp.receiver_set, index)
     return radiance[0], radiance[1], radiance[2], ls.pdf * chosen

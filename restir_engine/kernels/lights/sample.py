@@ -16,6 +16,7 @@ from ..core.vec import mul, put, scale, vec
 from .choice import note_choice
 from .emission import off_surface, run_emission, shadow_point
 from .entries import SAMPLE, TRIANGLE, WORLD
+from .linking import EVERYTHING, reaches
 from .select import choose_lamp
 
 
@@ -23,7 +24,7 @@ from .select import choose_lamp
 def _sample_lamp(scene, table, sp, scratch, u, ls):
     """Choose a lamp by u and a point by ls.uv; ls.pdf leaves out the choice between lamps, triangles and world."""
     o = vec(sp.p)
-    i, probability = choose_lamp(scene, o, vec(sp.receiver), u)
+    i, probability = choose_lamp(scene, o, vec(sp.receiver), sp.receiver_set, u)
     if probability <= 0.0:
         return False
     light = light_at(scene.lights, i)
@@ -49,10 +50,10 @@ def complete_sample(scene, sp, scratch, index, light, factor, ls):
         off_surface(point, light.material, index, vec(ls.p), vec(ls.ng), vec(ls.wi), ls.distance, u, v)
         radiance = mul(radiance, run_emission(scene, point))
     ls.light = index
-    ls.flags = (LIGHT_SAMPLE_DELTA if light.flags & LIGHT_DELTA else 0) | (
-        LIGHT_SAMPLE_NO_SHADOW if light.flags & LIGHT_NO_SHADOW else 0
-    )
-    ls.seen_by = light.seen_by
+    ls.blockers = light.blockers
+    alone = light.flags & LIGHT_DELTA or light.blockers != EVERYTHING
+    ls.flags = (LIGHT_SAMPLE_DELTA if alone else 0) | (LIGHT_SAMPLE_NO_SHADOW if light.flags & LIGHT_NO_SHADOW else 0)
+    ls.seen_by = light.seen_by if reaches(light.links, sp.light_set) else 0
     ls.instance = -1
     ls.primitive = -1
     put(ls.radiance, radiance)

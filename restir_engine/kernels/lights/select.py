@@ -7,6 +7,7 @@ from ..core.memory import load_f64, load_i32
 from ..core.records import LIGHT_AREA, LIGHT_SPOT, LIGHT_SUN, light_at, light_table_at
 from ..core.vec import dot, load3_f64, sub, vec
 from ..core.warp import stream_choice
+from .linking import reaches
 from .sun import sun_direction
 
 # Weight of a lamp whose cone misses the point: the test is by bounds, so the lamp must keep a chance.
@@ -69,18 +70,21 @@ def _cluster_importance(table, k, o, n):
 
 
 @inlined
-def _weight(scene, table, clusters, i, o, n):
-    return _cluster_importance(table, i, o, n) if clusters else _importance(light_at(scene.lights, i), o, n)
+def _weight(scene, table, clusters, i, o, n, light_set):
+    if clusters:
+        return _cluster_importance(table, i, o, n)
+    light = light_at(scene.lights, i)
+    return _importance(light, o, n) if reaches(light.links, light_set) else 0.0
 
 
 @device
-def _choose(scene, table, clusters, first, last, o, n, u):
+def _choose(scene, table, clusters, first, last, o, n, light_set, u):
     """(index, probability, u made uniform again) of a cluster or lamp in [first, last); probability 0: none."""
     chosen = -1
     weight = 0.0
     total = 0.0
     for i in range(first, last):
-        w = _weight(scene, table, clusters, i, o, n)
+        w = _weight(scene, table, clusters, i, o, n, light_set)
         if w > 0.0:
             total += w
             taken, u = stream_choice(u, w / total)
@@ -91,12 +95,12 @@ def _choose(scene, table, clusters, first, last, o, n, u):
 
 
 @device
-def _probability(scene, table, clusters, first, last, o, n, index):
+def _probability(scene, table, clusters, first, last, o, n, light_set, index):
     """The probability with which `_choose` chooses an index."""
     total = 0.0
     weight = 0.0
     for i in range(first, last):
-        w = _weight(scene, table, clusters, i, o, n)
+        w = _weight(scene, table, clusters, i, o, n, light_set)
         total += w
         if i == index:
             weight = w
@@ -104,12 +108,12 @@ def _probability(scene, table, clusters, first, last, o, n, index):
 
 
 @device
-def lamps_bring(scene, table, o, n):
-    """About the irradiance at o with normal n (zero: any) of all lamps, as if nothing were in their way."""
+def lamps_bring(scene, table, o, n, light_set):
+    """About the irradiance of all lamps at o with normal n (zero: any), in a light set, with nothing in their way."""
     clusters = table.n_clusters > 0
     total = 0.0
     for i in range(table.n_clusters if clusters else scene.n_lights):
-        total += _weight(scene, table, clusters, i, o, n)
+        total += _weight(scene, table, clusters, i, o, n, light_set)
     return total
 
 
@@ -120,23 +124,23 @@ def _span(table, k):
 
 
 @inlined
-def choose_lamp(scene, o, n, u):
-    """(index, probability) of a lamp for o with normal n; probability 0: none lights it."""
+def choose_lamp(scene, o, n, light_set, u):
+    """(index, probability) of a lamp for o with normal n in a light set; probability 0: none lights it."""
     if scene.n_lights == 1:
         return 0, 1.0
     table = light_table_at(scene.light_table, 0)
     first, last, share = 0, scene.n_lights, 1.0
     if table.n_clusters > 0:
-        k, share, u = _choose(scene, table, True, 0, table.n_clusters, o, n, u)
+        k, share, u = _choose(scene, table, True, 0, table.n_clusters, o, n, light_set, u)
         if k < 0:
             return -1, 0.0
         first, last = _span(table, k)
-    chosen, probability, _ = _choose(scene, table, False, first, last, o, n, u)
+    chosen, probability, _ = _choose(scene, table, False, first, last, o, n, light_set, u)
     return chosen, share * probability
 
 
 @device
-def lamp_probability(scene, o, n, index):
+def lamp_probability(scene, o, n, light_set, index):
     """The probability with which `choose_lamp` chooses a lamp for o with normal n."""
     if scene.n_lights == 1:
         return 1.0
@@ -144,9 +148,9 @@ def lamp_probability(scene, o, n, index):
     first, last, share = 0, scene.n_lights, 1.0
     if table.n_clusters > 0:
         k = load_i32(table.cluster_of, index)
-        share = _probability(scene, table, True, 0, table.n_clusters, o, n, k)
+        share = _probability(scene, table, True, 0, table.n_clusters, o, n, light_set, k)
         first, last = _span(table, k)
-    return share * _probability(scene, table, False, first, last, o, n, index)
+    return share * _probability(scene, table, False, first, last, o, n, light_set, index)
 
 
 @device

@@ -8,6 +8,7 @@ import math
 from ..core.jit import device, inlined
 from ..core.memory import load_f32, load_i32, load_u32
 from ..core.records import (
+    LIGHT_SAMPLE_DELTA,
     MATERIAL_VARYING_EMISSION,
     emitter_at,
     emitter_group_at,
@@ -22,6 +23,7 @@ from ..geometry.surface import primitive_material, surface_point
 from .cells import cell, cell_at, cell_of_triangle
 from .emission import run_emission, shadow_point
 from .emitter_tree import cell_share, choose_triangle, triangle_share
+from .linking import EVERYTHING, reaches
 
 # Emission sampling of materials; 1 (auto) and 4 mean both sides.
 _FRONT = 2
@@ -192,12 +194,14 @@ def _area_density(distance2, along):
 
 
 @inlined
-def put_point(scene, instance, primitive, u, v, p, d, t, radiance, ls):
-    """Fill ls, but for its density, with the point p of a triangle that is seen at distance t along d."""
+def put_point(scene, sp, instance, primitive, u, v, p, d, t, radiance, ls):
+    """Fill ls, but for its density, with the point p of a triangle that sp sees at distance t along d."""
     put(ls.radiance, radiance)
     ls.light = -1
-    ls.flags = 0
-    ls.seen_by = instance_at(scene.instances, instance).seen_by
+    ls.blockers = instance_at(scene.instances, instance).blockers
+    ls.flags = 0 if ls.blockers == EVERYTHING else LIGHT_SAMPLE_DELTA
+    placed = instance_at(scene.instances, instance)
+    ls.seen_by = placed.seen_by if reaches(placed.links, sp.light_set) else 0
     put(ls.wi, d)
     ls.distance = t
     put(ls.p, p)
@@ -221,7 +225,7 @@ def _complete(scene, sp, scratch, instance, primitive, u, v, p, d, t, ls, sided)
         if one and not _sampled_side(scene, point):
             return False
         radiance = run_emission(scene, point)
-    put_point(scene, instance, primitive, u, v, p, d, t, radiance, ls)
+    put_point(scene, sp, instance, primitive, u, v, p, d, t, radiance, ls)
     return True
 
 
@@ -253,7 +257,7 @@ def place_even(scene, sp, instance, primitive, u, v, p, n, size, radiance, ls):
     """`place_triangle` where all is known: the point, its radiance, the unit normal n and twice the area."""
     d, t2 = _towards(p, vec(sp.p))
     ls.pdf = _area_density(t2, size * dot(d, n))
-    put_point(scene, instance, primitive, u, v, p, d, math.sqrt(t2), radiance, ls)
+    put_point(scene, sp, instance, primitive, u, v, p, d, math.sqrt(t2), radiance, ls)
     return ls.pdf > 0.0
 
 

@@ -20,6 +20,7 @@ from ..core.records import (
 from ..core.vec import dot, load3_f64, neg, put, sub, vec
 from ..core.warp import cone
 from .emission import luminance, run_emission, shadow_point, visible_to, world_point
+from .linking import EVERYTHING
 
 
 @device
@@ -116,6 +117,7 @@ def place_world(scene, sp, scratch, d, ls):
     ls.light = -2
     ls.flags = LIGHT_SAMPLE_NO_SHADOW if table.no_shadow else 0
     ls.seen_by = scene.world_seen_by
+    ls.blockers = EVERYTHING
     ls.instance = -1
     ls.primitive = -1
     put(ls.wi, d)

@@ -5,8 +5,6 @@ from ..core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     RAY_CAMERA,
     RAY_SHADOW,
-    RAY_SHADOW_OPAQUE,
-    RAY_SHADOW_TRANSPARENT,
     SCENE_HAS_MEDIA,
     SCENE_HAS_TRANSPARENT,
     light_sample_in,
@@ -15,6 +13,7 @@ from ..core.records import (
 from ..core.vec import length, max3, mul, scale, sub, vec
 from ..geometry.intersect import intersect, occluded
 from ..geometry.surface import shadow_origin, surface_point
+from ..lights.linking import opaque_blockers, transparent_blockers
 from ..shading.interpreter import shader_eval
 from ..volume.calls import media_transmittance
 from .state import FAR, inherit, next_after
@@ -31,7 +30,7 @@ def light_visibility(scene, integrator, scratch, path, sp):
 
 @inlined
 def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
-    """The share of light that a shadow ray lets through: (0, 0, 0) behind anything opaque.
+    """The share of a LIGHT_SAMPLE's light that a shadow ray lets through: (0, 0, 0) behind anything opaque.
 
     sp is a point of a surface, or one where a medium scatters (instance -1).
     """
@@ -43,7 +42,7 @@ def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
         tmax = length(d)
         d = scale(d, 1.0 / tmax)
         tmax *= 1.0 - 2.0e-5
-    if occluded(scene, scratch, o, d, tmax, RAY_SHADOW_OPAQUE):
+    if occluded(scene, scratch, o, d, tmax, opaque_blockers(light_sample_in(scratch).blockers)):
         return (0.0, 0.0, 0.0)
     if scene.flags & SCENE_HAS_MEDIA:
         return media_transmittance(scene, integrator, scratch, sp, o, d, tmax)
@@ -56,10 +55,11 @@ def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
 def transparent_shadow(scene, integrator, scratch, path, o, d, tmax):
     """Transmittance through surfaces that may be transparent, nearest first."""
     point = shadow_point_in(scratch)
+    mask = transparent_blockers(light_sample_in(scratch).blockers)
     result = (1.0, 1.0, 1.0)
     tmin = 0.0
     for crossed in range(integrator.transparent_bounces - path.transparent_bounce):
-        t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, tmax, RAY_SHADOW_TRANSPARENT)
+        t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, tmax, mask)
         if instance < 0:
             return result
         inherit(point, path, t)

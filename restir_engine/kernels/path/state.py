@@ -24,6 +24,7 @@ from ..core.records import (
 )
 from ..core.vec import is_black, max3, mul, put, vec
 from ..geometry.camera import camera_ray
+from ..lights.linking import SEES_ALL
 from ..lobes.closure import LABEL_DIFFUSE, LABEL_GLOSSY, LABEL_REFLECT, LABEL_SINGULAR
 
 FAR = 1.0e30
@@ -73,6 +74,7 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     path.boundaries = 0
     path.dimension = DIM_FIRST_VERTEX
     path.background_visible = 1
+    path.receiver_set = SEES_ALL
     path.data_done = 0
     path.denoise = 1
     path.last = 0
@@ -134,6 +136,7 @@ def inherit(sp, path, t):
     sp.transmission_depth = path.transmission_bounce
     sp.transparent_depth = path.transparent_bounce
     sp.light = -1
+    sp.receiver_set = path.receiver_set
     put(sp.receiver, vec(path.receiver))
     put(sp.light_shares, vec(path.light_shares))
     sp.dp = path.dp + t * path.dd
@@ -186,6 +189,7 @@ def next_ray(path, sp, o, d):
     """Begin the path's next ray at the vertex sp, with how light sampling has chosen there: MIS asks for it again."""
     put(path.o, o)
     put(path.d, d)
+    path.receiver_set = sp.light_set
     put(path.receiver, vec(sp.receiver))
     put(path.light_shares, vec(sp.light_shares))
     path.tmin = 0.0

@@ -6,10 +6,11 @@ from ..core import rng
 from ..core.jit import device, entry
 from ..core.memory import load_i32, store_f64
 from ..core.records import (
+    BLOCKERS_OPAQUE,
+    BLOCKERS_TRANSPARENT,
     MAX_REGISTERS,
     RAY_ALL,
     RAY_SHADOW_OPAQUE,
-    RAY_SHADOW_TRANSPARENT,
     scene_at,
     shading_point_at,
 )
@@ -75,7 +76,7 @@ def _occlusion(scene, sp, registers, code, at):
         if local:
             _t, hit, _primitive, _u, _v = _own_hit(scene, rays, sp.instance, o, d, tmax)
             free += 1.0 if hit < 0 else 0.0
-        elif not occluded(scene, rays, o, d, tmax, RAY_SHADOW_OPAQUE):
+        elif not occluded(scene, rays, o, d, tmax, RAY_SHADOW_OPAQUE | BLOCKERS_OPAQUE):
             free += 1.0
     return free / count
 
@@ -101,7 +102,7 @@ def _raycast(scene, sp, registers, code, at):
     if local:
         t, hit, primitive, u, v = _own_hit(scene, rays, sp.instance, o, unit, tmax * size)
     else:
-        seen = RAY_ALL | RAY_SHADOW_TRANSPARENT
+        seen = RAY_ALL | BLOCKERS_OPAQUE | BLOCKERS_TRANSPARENT
         t, hit, primitive, u, v = intersect(scene, rays, o, unit, 0.0, tmax * size, seen)
     if hit < 0:
         return

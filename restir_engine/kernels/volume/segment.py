@@ -156,6 +156,7 @@ def _scattering_point(path, sp, t):
     sp.dp = path.dp + t * path.dd
     sp.t = t
     sp.instance = -1
+    sp.light_set = 0
     sp.n_closures = 0
     put(sp.n, (0.0, 0.0, 0.0))
     put(sp.ng, (0.0, 0.0, 0.0))

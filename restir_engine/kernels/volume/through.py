@@ -7,13 +7,13 @@ from ..core.records import (
     MAX_MEDIA,
     RAY_CAMERA,
     RAY_SHADOW,
-    RAY_SHADOW_TRANSPARENT,
     SCENE_HAS_TRANSPARENT,
     SCRATCH_MEDIA,
     SCRATCH_SHADOW,
     SCRATCH_SHADOW_MEDIA,
     SCRATCH_SHADOW_POINT,
     SHADING_POINT,
+    light_sample_in,
     material_at,
     media_at,
     shadow_at,
@@ -22,6 +22,7 @@ from ..core.records import (
 from ..core.vec import max3, mul, put, vec
 from ..geometry.intersect import intersect
 from ..geometry.surface import surface_point
+from ..lights.linking import transparent_blockers
 from ..path.state import FAR, inherit, next_after
 from ..shading.interpreter import shader_eval
 from .calls import goes_behind, is_hidden, through_varying
@@ -52,10 +53,11 @@ def shadow_through_media(scene, integrator, scratch, path, sp):
     result = (1.0, 1.0, 1.0)
     tmin = 0.0
     start = 0.0
+    mask = transparent_blockers(light_sample_in(scratch).blockers)
     for crossed in range(integrator.transparent_bounces - path.transparent_bounce):
         t, instance, primitive, u, v = ray.tmax, -1, -1, 0.0, 0.0
         if scene.flags & SCENE_HAS_TRANSPARENT:
-            t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, ray.tmax, RAY_SHADOW_TRANSPARENT)
+            t, instance, primitive, u, v = intersect(scene, scratch, o, d, tmin, ray.tmax, mask)
         if inside.count > 0:
             result = mul(result, decay(vec(inside.sigma_t), t - start))
             if inside.varying > 0:

@@ -232,3 +232,54 @@ def clamps():
 def wide_filter():
     subject()
     kit.lamp()
+
+
+def linked(name: str, *things: bpy.types.Object, excluded: bool = False) -> bpy.types.Collection:
+    """A collection for light linking; excluded: all but these."""
+    found = bpy.data.collections.new(name)
+    for thing in things:
+        found.objects.link(thing)
+    for entry in found.collection_objects:
+        entry.light_linking.link_state = "EXCLUDE" if excluded else "INCLUDE"
+    return found
+
+
+def linking_subject() -> tuple[list[bpy.types.Object], list[bpy.types.Object]]:
+    """(what is lit, lights): a glossy floor, two balls and an instanced cube; a lamp, a point light, a face."""
+    # With its light tree Cycles can be a quarter too bright: findings/cycles_light_linking.sh.
+    bpy.context.scene.cycles.use_light_tree = False
+    shiny = kit.material(lambda node: node("BsdfGlossy", Color=(0.5, 0.5, 0.5), Roughness=0.3))
+    balls = [kit.put("ball", kit.diffuse((0.8, 0.5, 0.3)), (x, 0.0, 0.7), 0.7) for x in (-1.4, 1.4)]
+    cube = kit.put("cube", kit.diffuse((0.3, 0.5, 0.8)), (0.0, 0.0, 0.0), 0.4)
+    group = bpy.data.collections.new("instanced")
+    bpy.context.scene.collection.objects.unlink(cube)
+    group.objects.link(cube)
+    instancer = kit.add(None, (0.0, 0.6, 0.4))
+    instancer.instance_type, instancer.instance_collection = "COLLECTION", group
+    veil = kit.put(
+        "plane", kit.material(lambda node: node("BsdfTransparent", Color=(0.4, 0.7, 0.4))), (-1.4, -0.3, 1.8)
+    )
+    lit = [kit.floor(shiny), *balls, instancer, veil]
+    lamp = kit.light("AREA", 120, (-2.5, -1.5, 3.2), (0, 0, 0.5), size=0.8)
+    point = kit.light("POINT", 60, (2.6, -1.0, 2.2), shadow_soft_size=0.3)
+    face = kit.put("plane", kit.emission((1.0, 0.8, 0.6), 6.0), (0.0, -0.8, 3.4), 0.5)
+    kit.world(lambda node: node("Background", Color=(0.2, 0.3, 0.5), Strength=0.1))
+    return lit, [lamp, point, face]
+
+
+@scene(1, 128)
+def light_linking():
+    """Lights of their own for a ball, for all but an instancer, and for all but the floor."""
+    (floor, ball, _, instancer, _), lights = linking_subject()
+    lights[0].light_linking.receiver_collection = linked("ball", ball)
+    lights[1].light_linking.receiver_collection = linked("instancer", instancer, excluded=True)
+    lights[2].light_linking.receiver_collection = linked("floor", floor, excluded=True)
+
+
+@scene(1, 128)
+def shadow_linking():
+    """Lamps that one ball, and one that all but the veil and an instancer block; a face that only a ball blocks."""
+    (_, left, right, instancer, veil), lights = linking_subject()
+    lights[0].light_linking.blocker_collection = linked("left", left)
+    lights[1].light_linking.blocker_collection = linked("veil", veil, instancer, excluded=True)
+    lights[2].light_linking.blocker_collection = linked("right", right)

@@ -60,6 +60,10 @@ INSTANCE = record(
     ("crypto_object", 1),  # ids, see scene.cryptomatte
     ("crypto_asset", 1),
     "key",  # the same in every frame of an animation, and nobody else's
+    "light_set",  # that it belongs to, see kernels.lights.linking
+    "blocker_set",
+    "links",  # the sets that its emission reaches, a bit each
+    "blockers",  # likewise, of sets of what blocks its emission
     "lights",  # start of this instance's triangles in the table of emissive triangles, -1: none
     "attributes",  # ATTRIBUTE [n_attributes] of this instance (DOMAIN_MESH): properties of the object
     "n_attributes",

@@ -11,6 +11,8 @@ LIGHT = record(
     "kind",  # LIGHT_POINT …
     "material",  # program, -1: constant emission of 1
     "seen_by",  # RAY_* bits of the rays that see its light, by what they are at the point that is lit
+    "links",  # the light sets that it reaches, a bit each: kernels.lights.linking
+    "blockers",  # the sets of instances that block it, likewise
     "flags",  # LIGHT_* bits
     "object_index",
     "key",  # likewise
@@ -34,6 +36,7 @@ LIGHT_SAMPLE = record(
     "light",  # light index, -1: emissive triangle, -2: world
     "flags",
     "seen_by",  # RAY_DIFFUSE, RAY_GLOSSY, RAY_TRANSMIT: the parts of the BSDF that this light reaches
+    "blockers",  # see LIGHT
     ("wi", 3),
     ("distance", 1),  # inf for sun and world
     ("p", 3),
@@ -48,7 +51,7 @@ LIGHT_SAMPLE = record(
     ("control_variate", 3),  # of mean 0, to be added times the mean V: all candidates of a tile less the chosen one
 )
 light_sample_at = record_at(LIGHT_SAMPLE)
-LIGHT_SAMPLE_DELTA = 1
+LIGHT_SAMPLE_DELTA = 1  # next event estimation alone finds it: a delta light, or one with blockers of its own
 LIGHT_SAMPLE_NO_SHADOW = 2
 
 # A pair of an alias table: bin i is chosen below `threshold`, else `alias`.

@@ -20,3 +20,7 @@ RAY_NO_REFRACTION = 8192  # nor any that refract
 RAY_SUBSURFACE_DIFFUSE = 16384  # subsurface scattering of every method is rendered as diffuse
 RAY_BURLEY_DIFFUSE = 32768  # that of BURLEY is
 RAY_ALL = 1023
+# Shadow rays and what they meet go by sets of blockers (kernels.lights.linking): set 0 has the bits above, set k a bit
+# each of these.
+BLOCKER_SETS = 8
+BLOCKERS_OPAQUE, BLOCKERS_TRANSPARENT = 127 << 16, 127 << 23

@@ -109,6 +109,7 @@ PATH = record(
     ("glossy_share", 3),
     ("feature_throughput", 3),
     ("mis_pdf", 1),  # solid-angle pdf of d at o; 0: not found by light sampling, counts fully
+    "receiver_set",  # the light set of what lies at o
     ("receiver", 3),  # how light sampling chose at o, see SHADING_POINT
     ("light_shares", 3),
     ("min_pdf", 1),

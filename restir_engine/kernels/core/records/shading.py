@@ -70,6 +70,8 @@ SHADING_POINT = record(
     "shape",  # SHAPE_* of the mesh
     "material",  # index into materials: the program that runs
     "light",  # index into lights when a light's program runs, else -1
+    "light_set",  # of the instance, see kernels.lights.linking
+    "receiver_set",  # of what the path's ray comes from, as `receiver` below
     "backfacing",
     "ray_flags",  # RAY_* bits of the path that arrives
     "depth",
