@@ -192,6 +192,9 @@ class Scene:
         self.instances["lights"] = table.first_emitters
         record["lights"], record["n_lights"] = address(table.lamps), len(table.lamps)
         record["light_table"] = table.address
+        beside = (table.lamps["kind"] != rec.LIGHT_SUN) & (table.lamps["seen_by"] & rec.RAY_VOLUME != 0)
+        if record["flags"] & rec.SCENE_HAS_MEDIA and beside.any():
+            record["flags"] |= rec.SCENE_HAS_PIVOTS
         return table
 
 

@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from restir_engine.kernels.core.records import SCENE_HAS_PIVOTS
 from restir_engine.scene import majorants
-from restir_engine.scene.lamps import sun_lamp
+from restir_engine.scene.lamps import point_lamp, sun_lamp
 from testing.scenes.lights import matrix
-from testing.scenes.media import cube, medium, picture, ramp, stage
-from testing.scenes.rooms import WHITE
+from testing.scenes.media import along_y, cube, medium, picture, ramp, stage
+from testing.scenes.rooms import WHITE, render
 
 SIGMA = np.array([0.2, 0.5, 1.0])
 
@@ -91,3 +92,32 @@ def test_overlapping_media_scatter_like_their_sum():
     error = np.hypot(apart.std(0, ddof=1), together.std(0, ddof=1)) / math.sqrt(6.0)
     assert np.all(error < 0.01 * together.mean(0)), error / together.mean(0)
     assert np.all(np.abs(apart.mean(0) - together.mean(0)) < 4.0 * error), (apart.mean(0), together.mean(0), error)
+
+
+@pytest.mark.parametrize("inside", [medium((0.1, 0.3, 0.0), (0.2, 0.3, 0.8)), ramp((0.1, 0.3, 0.0), (0.2, 0.3, 0.8))])
+def test_points_beside_lamps_change_the_noise_and_not_the_mean(monkeypatch, inside):
+    """Two points inside, and a sphere outside that rays find as well."""
+
+    def image(seed):
+        b = stage(world=0.0)
+        b.lamp(point_lamp(matrix((0.3, 0.0, 0.2)), WHITE, 0.0))
+        b.lamp(point_lamp(matrix((-0.4, 0.3, -0.2)), WHITE, 0.0))
+        b.lamp(point_lamp(matrix((0.0, 0.0, 3.0)), 4.0 * WHITE, 0.5))
+        cube(b, inside)
+        scene = b.finish(along_y())
+        beside = scene.record["flags"] & SCENE_HAS_PIVOTS
+        return render(scene, 512, max_bounces=2, volume_bounces=2, pixel_filter="BOX", seed=seed), beside
+
+    def means_and_noise():
+        images = np.stack([image(seed)[0] for seed in range(4)])
+        means = images.mean((1, 2))
+        return means.mean(0), means.std(0, ddof=1) / 2.0, np.median(images.std(0, ddof=1))
+
+    assert image(0)[1]
+    mean, error, noise = means_and_noise()
+    monkeypatch.setattr("restir_engine.scene.scene.rec.SCENE_HAS_PIVOTS", 0)
+    assert not image(0)[1]
+    expected, error_without, noise_without = means_and_noise()
+    assert np.all(np.abs(mean - expected) < 4.0 * np.hypot(error, error_without)), (mean, expected)
+    assert np.all(error < 0.01 * mean)
+    assert noise < 0.7 * noise_without, (noise, noise_without)

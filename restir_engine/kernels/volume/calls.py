@@ -24,7 +24,7 @@ from ..core.records import (
 from ..core.vec import dot, mul, put, vec
 from ..path.state import ARRIVES, DIMENSIONS, next_after
 
-BEGIN, AROUND, SEGMENT, CROSS, SHADOW_RAY, TRACK, THROUGH = range(7)
+BEGIN, AROUND, SEGMENT, CROSS, SHADOW_RAY, TRACK, THROUGH, BESIDE_LAMPS = range(8)
 
 _MOST_BOUNDARIES = 1024  # invisible boundaries that a path may pass, as in Cycles
 

@@ -5,6 +5,7 @@ import numpy as np
 from ..core.jit import Entry, entry, load, outcome_entry
 from ..core.records import (
     SCENE_HAS_MEDIA,
+    SCENE_HAS_PIVOTS,
     SCENE_HAS_VARYING_MEDIA,
     SCRATCH_MEDIA,
     SCRATCH_SHADOW,
@@ -18,6 +19,7 @@ from ..core.records import (
 )
 from ..core.vec import put, vec
 from ..geometry.surface import offset_origin
+from .equiangular import add_beside_lamps
 from .segment import follow_segment
 from .stack import cross
 from .through import find_media, shadow_through_media
@@ -73,17 +75,23 @@ def _through(scene, _integrator, _film, scratch, media):
     put(shadow_at(scratch + SCRATCH_SHADOW, 0).transmittance, through)
 
 
-# In the order of calls.BEGIN …: what scenes with media need, and what those need whose media vary in space.
-_ENTRIES: tuple[Entry, ...] = (_begin, _around, _segment, _cross, _shadow)
-_VARYING: tuple[Entry, ...] = (_track, _through)
+@entry
+def _beside_lamps(scene, integrator, film, scratch, _):
+    add_beside_lamps(scene_at(scene, 0), integrator_at(integrator, 0), film_at(film, 0), scratch)
+
+
+# In the order of calls.BEGIN …, with the SCENE_* flag of the scenes that need it.
+_ENTRIES: tuple[tuple[Entry, int], ...] = (
+    *((each, SCENE_HAS_MEDIA) for each in (_begin, _around, _segment, _cross, _shadow)),
+    *((each, SCENE_HAS_VARYING_MEDIA) for each in (_track, _through)),
+    (_beside_lamps, SCENE_HAS_PIVOTS),
+)
 
 
 def media_entries(scene_flags: int) -> np.ndarray:
-    """The table that INTEGRATOR.media points to: int64 (8,), compiled where it is not yet; 0 for what is not needed.
+    """The table that INTEGRATOR.media points to: int64 (9,), compiled where it is not yet; 0 for what is not needed.
 
     Behind the code there is room for the count of `stack.OVERFLOWS`.
     """
-    needed = _ENTRIES if scene_flags & SCENE_HAS_MEDIA else ()
-    needed += _VARYING if scene_flags & SCENE_HAS_VARYING_MEDIA else ()
-    load(needed)
-    return np.array([*(e.address if e in needed else 0 for e in (*_ENTRIES, *_VARYING)), 0], np.int64)
+    load(each for each, flag in _ENTRIES if scene_flags & flag)
+    return np.array([*(each.address if scene_flags & flag else 0 for each, flag in _ENTRIES), 0], np.int64)

@@ -13,6 +13,7 @@ from ..core.memory import call_entry, load_i64, record_address
 from ..core.records import (
     PHASE,
     RAY_VOLUME,
+    SCENE_HAS_PIVOTS,
     SCRATCH_LIGHT_SAMPLE,
     SCRATCH_MEDIA,
     SCRATCH_SHADOW,
@@ -28,8 +29,9 @@ from ..lobes.classes import Lobes, share
 from ..path.direct import add_light_sample, draw_light
 from ..path.state import ARRIVES, DIM_DIRECTION, DIM_LOBE, DIMENSIONS, ENDS, GOES_ON, LAST, next_ray, roulette
 from ..subsurface.phase import around
-from .calls import TRACK, segment_start
+from .calls import BESIDE_LAMPS, TRACK, segment_start
 from .phase import phase_cosine, phase_value
+from .pivot import own_share
 from .stack import decay, entry_at, only_world
 from .tracking import coefficients
 
@@ -98,6 +100,9 @@ def follow_segment(scene, integrator, film, scratch, path, sp, reaches):
     sigma_t = vec(media.sigma_t)
     sigma_s = vec(media.sigma_s)
     throughput = vec(path.throughput)
+    lit_twice = scene.flags & SCENE_HAS_PIVOTS and not path.last and max3(sigma_s) > 0.0
+    if lit_twice:
+        _beside_lamps(scene, integrator, film, scratch, start, s)
     if path.last or max3(sigma_s) <= 0.0:
         x, weight = s, decay(sigma_t, s)
     else:
@@ -109,13 +114,30 @@ def follow_segment(scene, integrator, film, scratch, path, sp, reaches):
         return ENDS
     if x >= s:
         return ARRIVES
-    _scattering_point(path, sp, start + x)
-    return _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s)
+    part = 1.0
+    if lit_twice:
+        p = channel_weights(throughput, sigma_t, sigma_s)
+        part = own_share(scratch + SCRATCH_MEDIA, x, dot(p, mul(sigma_t, decay(sigma_t, x))))
+    scattering_point(path, sp, start + x)
+    return _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s, part)
+
+
+@inlined
+def _beside_lamps(scene, integrator, film, scratch, start, s):
+    """Add direct light at a second point of the path's segment: see `equiangular`."""
+    ray = shadow_at(scratch + SCRATCH_SHADOW, 0)
+    ray.begin = start
+    ray.end = start + s
+    addresses = record_address(scene), record_address(integrator), record_address(film)
+    call_entry(load_i64(integrator.media, BESIDE_LAMPS), addresses[0], addresses[1], addresses[2], scratch, 0)
 
 
 @device
 def _follow_varying(scene, integrator, film, scratch, path, sp, start, s):
     """`follow_segment` where some of the media vary in space."""
+    lit_twice = scene.flags & SCENE_HAS_PIVOTS and not path.last
+    if lit_twice:
+        _beside_lamps(scene, integrator, film, scratch, start, s)
     addresses = record_address(scene), record_address(integrator), record_address(film)
     ray = shadow_at(scratch + SCRATCH_SHADOW, 0)
     ray.begin = start
@@ -128,9 +150,11 @@ def _follow_varying(scene, integrator, film, scratch, path, sp, start, s):
     x = ray.end - start
     if x >= s:
         return ARRIVES
-    sigma_t, sigma_s, _ = coefficients(media, media_at(media, 0).chosen)
-    _scattering_point(path, sp, start + x)
-    return _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s)
+    m = media_at(media, 0)
+    sigma_t, sigma_s, _ = coefficients(media, m.chosen)
+    part = own_share(media, x, m.density) if lit_twice else 1.0
+    scattering_point(path, sp, start + x)
+    return _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s, part)
 
 
 @device
@@ -150,7 +174,7 @@ def _add_emission(integrator, film, path, media, s):
 
 
 @device
-def _scattering_point(path, sp, t):
+def scattering_point(path, sp, t):
     """Make sp the point on the path's ray at the distance t: it has no surface."""
     put(sp.p, madd(vec(path.o), vec(path.d), t))
     sp.dp = path.dp + t * path.dd
@@ -165,8 +189,11 @@ def _scattering_point(path, sp, t):
 
 
 @device
-def _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s):
-    """Direct light at the scattering point sp, and the path's next ray from there; returns its next event."""
+def _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s, part):
+    """Direct light at the scattering point sp, of which a part counts, and the path's next ray from there.
+
+    Returns the path's next event.
+    """
     media = scratch + SCRATCH_MEDIA
     albedo = share(sigma_s[0], sigma_t[0]), share(sigma_s[1], sigma_t[1]), share(sigma_s[2], sigma_t[2])
     medium_passes(film, path, albedo)
@@ -177,7 +204,7 @@ def _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s):
     if path.bounce == 0:
         path.first_in_medium = 1
     d = vec(path.d)
-    _direct_light(scene, integrator, film, scratch, path, sp, d)
+    direct_light(scene, integrator, film, scratch, path, sp, d, part)
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
     wi = around(d, choose_cosine(media, u0, u1), u2)
@@ -198,8 +225,8 @@ def _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s):
 
 
 @device
-def _direct_light(scene, integrator, film, scratch, path, sp, d):
-    """Add one light sample at the scattering point sp, as the phase function scatters it.
+def direct_light(scene, integrator, film, scratch, path, sp, d, part):
+    """Add a part of one light sample at the scattering point sp, as the phase function scatters it.
 
     Whose value is its density, and of no class of lobes: that the path is in a medium decides on the passes.
     """
@@ -208,7 +235,7 @@ def _direct_light(scene, integrator, film, scratch, path, sp, d):
         if ls.seen_by & RAY_VOLUME:
             p = phase_density(scratch + SCRATCH_MEDIA, dot(d, vec(ls.wi)))
             f = Lobes((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (p, p, p))
-            add_light_sample(scene, integrator, film, scratch, path, sp, f, p, 1.0)
+            add_light_sample(scene, integrator, film, scratch, path, sp, f, p, part)
 
 
 @inlined

@@ -26,9 +26,9 @@ from ..core.records import (
 )
 from ..core.vec import add, put, scale, vec
 from ..shading.interpreter import medium_eval
-from .calls import THROUGH
+from .calls import BESIDE_LAMPS
 
-OVERFLOWS = THROUGH + 1  # index in INTEGRATOR.media, behind the code: how often there was no room for a medium
+OVERFLOWS = BESIDE_LAMPS + 1  # index in INTEGRATOR.media, behind the code: how often there was no room for a medium
 _FIRST = MEDIA.itemsize
 _WORDS = MEDIUM.itemsize // 8
 _HEAD = (MEDIUM.itemsize - 8 * MAX_PHASES * PHASE) // 8

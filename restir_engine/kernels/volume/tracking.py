@@ -21,6 +21,7 @@ from ..core import rng
 from ..core.jit import device, inlined
 from ..core.records import (
     RAY_SHADOW,
+    SCENE_HAS_PIVOTS,
     SCRATCH_MEDIA,
     SCRATCH_SHADOW,
     instance_at,
@@ -29,7 +30,7 @@ from ..core.records import (
     shadow_at,
     shadow_point_in,
 )
-from ..core.vec import madd, max3, mul, neg, put, scale, sub, vec
+from ..core.vec import average, madd, max3, mul, neg, put, scale, sub, vec
 from ..film.contribute import EMISSION, IN_MEDIUM, contribute, found
 from ..path.state import inherit
 from .majorants import BOUND, RESIDUAL, mean_at, mean_depth, next_collision
@@ -173,6 +174,8 @@ def track(scene, integrator, film, scratch, path, start, s):
         if scatters > 0.0 and u0 * (scatters + goes_on) < scatters:
             put(path.throughput, scale(mul(w, sigma_s), (scatters + goes_on) / (mu * scatters)))
             m.chosen = index
+            if scene.flags & SCENE_HAS_PIVOTS:
+                m.density = distance_density(media, o, d, t)
             return t
         if goes_on <= 0.0:
             w = (0.0, 0.0, 0.0)
@@ -237,6 +240,20 @@ def attenuation(scene, media, point, o, d, start, s, state):
                     return (0.0, 0.0, 0.0)
                 result = scale(result, 2.0)
     return result
+
+
+@device
+def distance_density(media, o, d, t):
+    """About the density with which a path along o, d scatters at t in the media at an address: by their means."""
+    m = media_at(media, 0)
+    rate = average(vec(m.sigma_t))
+    depth = rate * t
+    for i in range(m.count):
+        entry = entry_at(media, i)
+        if entry.priority == m.top and entry.majorants != 0:
+            rate += average(mean_at(entry.majorants, madd(o, d, t)))
+            depth += average(mean_depth(entry.majorants, o, d, 0.0, t))
+    return rate * math.exp(-depth)
 
 
 @inlined

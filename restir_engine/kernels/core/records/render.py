@@ -73,7 +73,7 @@ INTEGRATOR = record(
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
     "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.subsurface.method_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
-    "media",  # int64 [8]: code for media that paths cross; see kernels.volume.calls
+    "media",  # int64 [9]: code for media that paths cross; see kernels.volume.calls
 )
 integrator_at = record_at(INTEGRATOR)
 FILTER_TABLE_SIZE = 1025

@@ -64,4 +64,5 @@ SCENE_HAS_TRANSPARENT = 1
 SCENE_HAS_SUBSURFACE = 2
 SCENE_HAS_MEDIA = 4
 SCENE_HAS_VARYING_MEDIA = 8
+SCENE_HAS_PIVOTS = 32  # media, and lamps with a place beside their segments: see kernels.volume.equiangular
 SCENE_WORLD_MEDIUM = 16  # the world has a medium, which is everywhere
