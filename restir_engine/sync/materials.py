@@ -124,6 +124,8 @@ class Materials:
         program.crypto_material = self._scene.manifests.note("Material", material.name)
         program.medium_priority = material.restir.medium_priority
         settings = getattr(material, "cycles", None)
+        if in_grids and getattr(settings, "volume_interpolation", "LINEAR") == "CUBIC":
+            self._scene.warnings.add("Material", material.name, "cubic interpolation of grids is linear")
         if not getattr(settings, "use_bump_map_correction", True):
             program.flags |= MATERIAL_BUMP_UNCORRECTED
         program.emission_sampling = _EMISSION_SAMPLING.get(getattr(settings, "emission_sampling", "AUTO"), 1)

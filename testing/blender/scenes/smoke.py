@@ -128,7 +128,7 @@ def smoke_overlapping():
 
     def info(node):
         return node("VolumeScatter", Density=node("Math", {0: node("VolumeInfo").outputs["Density"], 1: 8.0},
-                    operation="MULTIPLY"), Color=(0.9, 0.5, 0.4), Anisotropy=0.5)  # fmt: skip
+                    operation="MULTIPLY"), Color=(0.9, 0.5, 0.4))  # fmt: skip
 
     stage()
     steps()
