@@ -211,7 +211,7 @@ _ENTRIES: dict[int, Entry] = {
     **TEXTURE_ENTRIES,
     **BSDF_ENTRIES,
     **FILM_ENTRIES,
-    **dict.fromkeys((ops.AMBIENT_OCCLUSION, ops.RAYCAST), ray_op),
+    **dict.fromkeys((ops.AMBIENT_OCCLUSION, ops.RAYCAST, ops.BEVEL), ray_op),
     **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_ATTRIBUTE + 1), medium_op),
 }
 

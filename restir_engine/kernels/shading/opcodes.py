@@ -125,6 +125,7 @@ NORMAL_SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"
 # Rays of the program's own: ray_ops ------------------------------------------------------------------------------
 AMBIENT_OCCLUSION = 192  # out, distance, rays!, inside!, own object alone!, normal or -1!
 RAYCAST = 193  # out (9: hit, hit itself, distance, position, normal), position, direction, length, own object alone!
+BEVEL = 194  # out, radius, probes!, normal or -1!
 
 # Media, in the programs of the Volume socket: media.program ------------------------------------------------------
 # `phase` is a PHASE_* of media.phase; its inputs are g, nothing, g and α, IOR and backscatter, the diameter in µm.

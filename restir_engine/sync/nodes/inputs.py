@@ -228,18 +228,6 @@ def wireframe(c, node):
     return {"Fac": out}
 
 
-@node("ShaderNodeAmbientOcclusion")
-def ambient_occlusion(c, node):
-    c.warn("ambient occlusion is not computed: nothing is occluded")
-    return {"Color": c.vector(node, "Color"), "AO": c.constant(1.0)}
-
-
-@node("ShaderNodeBevel")
-def bevel(c, node):
-    c.warn("edges are not bevelled")
-    return {"Normal": c.vector(node, "Normal")}
-
-
 @node("ShaderNodeHairInfo", "ShaderNodePointInfo")
 def strand_info(c, node):
     c.warn("strands and points are rendered as meshes: their data is zero")

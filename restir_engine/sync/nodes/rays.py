@@ -23,6 +23,13 @@ def ambient_occlusion(c, node):
     return {"AO": free, "Color": color}
 
 
+@node("ShaderNodeBevel")
+def bevel(c, node):
+    out = c.allocate(3)
+    c.emit(ops.BEVEL, out, c.value(node, "Radius"), node.samples, c.normal(node))
+    return {"Normal": out}
+
+
 @node("ShaderNodeRaycast")
 def raycast(c, node):
     out = c.allocate(9)

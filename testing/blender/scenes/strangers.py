@@ -157,6 +157,27 @@ def shader_occlusion():
 
 
 @scene(1)
+def bevelled():
+    """Bevel by radius and number of probes, with smooth shading, and below a bump."""
+
+    def plain(node):
+        return node("BsdfDiffuse", Normal=node("Bevel", Radius=0.15, samples=16))
+
+    def few(node):
+        return node("BsdfDiffuse", Color=(0.8, 0.5, 0.3, 1), Normal=node("Bevel", Radius=0.08))
+
+    def bumped(node):
+        bump = node("Bump", Strength=0.5, Height=node("TexNoise", Scale=4.0))
+        return node("BsdfDiffuse", Normal=node("Bevel", Radius=0.2, samples=16, Normal=bump))
+
+    for x, build in ((-1.5, plain), (0.0, few), (1.5, bumped)):
+        kit.put("cube", kit.material(build), (x, 0.0, 0.8), 0.55, rotation=(20, 10, 35))
+    kit.put("monkey", kit.material(plain), (0.0, -1.4, 0.4), 0.4, smooth=True)
+    kit.floor()
+    kit.lamp()
+
+
+@scene(1)
 def luminaires():
     """IES of text blocks on lamps of three kinds, turned."""
     text = bpy.data.texts.new("lamp.ies")
