@@ -60,6 +60,7 @@ class RestirEngine(bpy.types.RenderEngine):
             configure_cache()
             from .sync.depsgraph import read_scene
             from .sync.kept import Kept
+            from .sync.motion import Frames
 
             if self.is_preview:
                 self.kept = Kept()
@@ -67,8 +68,9 @@ class RestirEngine(bpy.types.RenderEngine):
                 RestirEngine.kept = Kept()
             self.kept.begin((depsgraph.scene.name, depsgraph.scene.frame_current_final))
             # Scene strips of the sequencer have cameras of their own.
+            frames = None if self.is_preview else Frames(self.frame_set, self.test_break)
             self.scene = read_scene(
-                depsgraph, self.settings, camera_object=self.camera_override, meshes=self.kept.meshes
+                depsgraph, self.settings, camera_object=self.camera_override, meshes=self.kept.meshes, frames=frames
             )
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:

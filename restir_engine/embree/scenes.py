@@ -33,17 +33,30 @@ class _Scene:
         self._rtc.rtcGetSceneBounds(self.handle, box.ctypes.data + 4 * start)
         return box[start : start + 3].copy(), box[start + 4 : start + 7].copy()
 
-    def _attach_triangles(self, vertices: np.ndarray, triangles: np.ndarray, index: int, mask: int) -> None:
-        """Attach triangles under the geometry ID `index`; the arrays must live as long as this scene."""
-        buffers = (lib.BUFFER_VERTEX, lib.FLOAT3, vertices), (lib.BUFFER_INDEX, lib.UINT3, triangles)
-        self._attach(self._geometry(lib.TRIANGLES, *buffers), index, mask)
+    def _attach_triangles(
+        self, vertices: np.ndarray, triangles: np.ndarray, steps: np.ndarray | None, index: int, mask: int
+    ) -> None:
+        """Attach triangles under the geometry ID `index`; the arrays must live as long as this scene.
 
-    def _geometry(self, kind: int, *buffers: tuple[int, int, np.ndarray]) -> int:
-        """A new geometry over (buffer, format, array), a row an element; the arrays must live as long as this scene."""
+        steps: see `MeshScene`.
+        """
+        places = lib.BUFFER_VERTEX, lib.FLOAT3, vertices
+        self._attach(self._geometry(lib.TRIANGLES, steps, places, (lib.BUFFER_INDEX, lib.UINT3, triangles)), index, mask)
+
+    def _geometry(self, kind: int, steps: np.ndarray | None, *buffers: tuple[int, int, np.ndarray]) -> int:
+        """A new geometry over (buffer, format, array), a row an element; the arrays must live as long as this scene.
+
+        steps: what takes the place of the first buffer at even distances of time from 0 to 1, (steps, rows, …), which
+        may have more rows than that; None: it stands still.
+        """
         geometry = self._rtc.rtcNewGeometry(self._device.handle, kind)
-        for buffer, fmt, array in buffers:
+        moments = buffers[0][2][None] if steps is None else steps
+        self._rtc.rtcSetGeometryTimeStepCount(geometry, len(moments))
+        slots = [(slot, *buffers[0][:2], moment, len(buffers[0][2])) for slot, moment in enumerate(moments)]
+        slots += [(0, *buffer, len(buffer[2])) for buffer in buffers[1:]]
+        for slot, buffer, fmt, array, count in slots:
             start, stride = array.ctypes.data, array.strides[0]
-            self._rtc.rtcSetSharedGeometryBuffer(geometry, buffer, 0, fmt, start, 0, stride, len(array))
+            self._rtc.rtcSetSharedGeometryBuffer(geometry, buffer, slot, fmt, start, 0, stride, count)
         return geometry
 
     def _attach(self, geometry: int, index: int, mask: int) -> None:
@@ -74,13 +87,14 @@ class MeshScene(ShapeScene):
     """The triangles of one mesh, in object space; their geometry ID is 0.
 
     vertices: float32 (n, 3), C-contiguous, with 4 readable bytes behind the last row (16-byte loads);
-    triangles: uint32 (m, 3). Both are shared with Embree, which means that they must live as long as this.
+    triangles: uint32 (m, 3). steps: where vertices are at even distances of time from 0 to 1, float32
+    (steps, n + 2, 3); None: they stand still. All are shared with Embree, and must live as long as this.
     """
 
-    def __init__(self, vertices: np.ndarray, triangles: np.ndarray) -> None:
+    def __init__(self, vertices: np.ndarray, triangles: np.ndarray, steps: np.ndarray | None = None) -> None:
         super().__init__()
-        self._arrays = (vertices, triangles)
-        self._attach_triangles(vertices, triangles, 0, lib.INVALID)
+        self._arrays = (vertices, triangles, steps)
+        self._attach_triangles(vertices, triangles, steps, 0, lib.INVALID)
         self._commit()
 
 
@@ -89,7 +103,7 @@ class StrandScene(ShapeScene):
 
     points: float32 (n, 4), place and radius; segments: uint32 (m,), the first of the four points of each, of which it
     leads from the second to the third; strands: int32 (m,), whose segment it is. pieces: by which flat curves are
-    approximated, a segment; filter: see `_filter`.
+    approximated, a segment; filter: see `_filter`; steps: of points, as of `MeshScene`, (steps, n, 4).
     """
 
     def __init__(
@@ -101,6 +115,7 @@ class StrandScene(ShapeScene):
         strands: np.ndarray,
         pieces: int,
         filter: int,
+        steps: np.ndarray | None = None,
     ) -> None:
         super().__init__()
         buffers = [(lib.BUFFER_VERTEX, lib.FLOAT4, points)]
@@ -112,8 +127,8 @@ class StrandScene(ShapeScene):
             buffers += [(lib.BUFFER_INDEX, lib.UINT, segments + np.uint32(1)), (lib.BUFFER_FLAGS, lib.UCHAR, flags)]
         else:
             buffers += [(lib.BUFFER_INDEX, lib.UINT, segments)]
-        self._arrays = buffers
-        geometry = self._geometry(kind, *buffers)
+        self._arrays = buffers, steps
+        geometry = self._geometry(kind, steps, *buffers)
         self._rtc.rtcSetGeometryTessellationRate(geometry, pieces)
         self._filter(geometry, filter)
         self._attach(geometry, index, lib.INVALID)
@@ -121,12 +136,15 @@ class StrandScene(ShapeScene):
 
 
 class SphereScene(ShapeScene):
-    """Spheres under the geometry ID `index`. points: float32 (n, 4), place and radius; filter: see `_filter`."""
+    """Spheres under the geometry ID `index`.
 
-    def __init__(self, index: int, points: np.ndarray, filter: int) -> None:
+    points: float32 (n, 4), place and radius; filter: see `_filter`; steps: of points, as of `MeshScene`, (steps, n, 4).
+    """
+
+    def __init__(self, index: int, points: np.ndarray, filter: int, steps: np.ndarray | None = None) -> None:
         super().__init__()
-        self._arrays = points
-        geometry = self._geometry(lib.SPHERES, (lib.BUFFER_VERTEX, lib.FLOAT4, points))
+        self._arrays = points, steps
+        geometry = self._geometry(lib.SPHERES, steps, (lib.BUFFER_VERTEX, lib.FLOAT4, points))
         self._filter(geometry, filter)
         self._attach(geometry, index, lib.INVALID)
         self._commit()
@@ -134,13 +152,18 @@ class SphereScene(ShapeScene):
 
 @dataclass(frozen=True)
 class Placed:
-    """What stands at one place of the world: an instance of `scene`, or triangles in world space."""
+    """What stands at one place of the world: an instance of `scene`, or triangles in world space.
+
+    steps: of triangles that deform, see `MeshScene`; of an instance that moves, RTCQuaternionDecomposition (steps, 16)
+    float32 at even distances of time from 0 to 1.
+    """
 
     mask: int
     transform: np.ndarray  # float32 (12,), row-major 3x4
     scene: ShapeScene | None = None
     vertices: np.ndarray | None = None
     triangles: np.ndarray | None = None
+    steps: np.ndarray | None = None
 
 
 class WorldScene(_Scene):
@@ -157,10 +180,15 @@ class WorldScene(_Scene):
             if not placed.mask:
                 continue
             if placed.scene is None:
-                self._attach_triangles(placed.vertices, placed.triangles, index, placed.mask)
+                self._attach_triangles(placed.vertices, placed.triangles, placed.steps, index, placed.mask)
                 continue
             geometry = self._rtc.rtcNewGeometry(self._device.handle, lib.INSTANCE)
             self._rtc.rtcSetGeometryInstancedScene(geometry, placed.scene.handle)
-            self._rtc.rtcSetGeometryTransform(geometry, 0, lib.FLOAT3X4_ROW_MAJOR, placed.transform.ctypes.data)
+            if placed.steps is None:
+                self._rtc.rtcSetGeometryTransform(geometry, 0, lib.FLOAT3X4_ROW_MAJOR, placed.transform.ctypes.data)
+            else:
+                self._rtc.rtcSetGeometryTimeStepCount(geometry, len(placed.steps))
+                for step, parts in enumerate(placed.steps):
+                    self._rtc.rtcSetGeometryTransformQuaternion(geometry, step, parts.ctypes.data)
             self._attach(geometry, index, placed.mask)
         self._commit()

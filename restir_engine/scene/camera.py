@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..kernels.core import records as rec
+from ..kernels.core.memory import address
 from .instances import inverse
+from .motion import decompose
 
 # By the names that Blender gives them; for one of the fisheye lenses see `Camera.fisheye`.
 PROJECTIONS = {
@@ -32,7 +34,8 @@ class Camera:
     left corner; None: all. screen: left, right, bottom, top of the frame on the plane at distance 1 (PERSP), or of
     the viewed box (ORTHO). projection: one of PROJECTIONS (PANO). longitude, latitude: what an equirectangular or
     cylindrical panorama shows; the latter's latitude is a height on the cylinder of radius 1. fisheye: field of view;
-    lens, width and height of the sensor in millimetres; polynomial: see CAMERA.
+    lens, width and height of the sensor in millimetres; polynomial: see CAMERA. Of `steps`, place, frame, aperture and
+    focus count.
     """
 
     kind: str = "PERSP"
@@ -53,11 +56,13 @@ class Camera:
     projection: str = "EQUIRECTANGULAR"
     fisheye: tuple[float, float, float, float] = (math.pi, 10.5, 36.0, 24.0)
     polynomial: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    steps: tuple[Camera, ...] = ()  # the same at even distances of time while the shutter is open; (): it stands still
 
     def __post_init__(self) -> None:
         to_world = np.array(self.to_world, np.float64)[:3]
         to_world.flags.writeable = False
         object.__setattr__(self, "to_world", to_world)
+        object.__setattr__(self, "_table", self._step_table())
 
     @property
     def film_size(self) -> tuple[int, int]:
@@ -69,15 +74,26 @@ class Camera:
         corner = math.hypot(max(map(abs, self.screen[:2])), max(map(abs, self.screen[2:])))
         reach = self.clip_start * math.hypot(1.0, corner if self.kind == "PERSP" else 0.0)
         reach += (corner if self.kind == "ORTHO" else 0.0) + self.aperture / min(max(self.aperture_ratio, 1e-6), 1.0)
-        center = self.to_world[:, 3]
-        return center - reach, center + reach
+        places = np.array([camera.to_world[:, 3] for camera in (self, *self.steps)])
+        return places.min(axis=0) - reach, places.max(axis=0) + reach
+
+    def _step_table(self) -> np.ndarray:
+        """CAMERA_STEP array (len(steps),)."""
+        table = np.zeros(len(self.steps), rec.CAMERA_STEP)
+        if self.steps:
+            matrices = np.array([step.record()["to_world"] for step in self.steps])
+            table["translation"], table["rotation"], stretch = decompose(matrices)
+            table["stretch"] = stretch.reshape(-1, 9)
+            for name in ("screen", "aperture", "focus_distance"):
+                table[name] = [getattr(step, name) for step in self.steps]
+        return table
 
     def same_as(self, other: Camera) -> bool:
         """Whether both see the same."""
         return self.record().tobytes() == other.record().tobytes()
 
     def record(self) -> np.void:
-        """The CAMERA record."""
+        """The CAMERA record; valid as long as this lives."""
         to_world = np.array(self.to_world)
         lengths = np.linalg.norm(to_world[:, :3], axis=0)
         to_world[:, :3] /= np.where(lengths > 0.0, lengths, 1.0)
@@ -91,6 +107,7 @@ class Camera:
         result["panorama"] = (*self.longitude, *self.latitude)
         result["projection"] = PROJECTIONS[self.projection]
         result["fisheye"], result["polynomial"] = self.fisheye, self.polynomial
+        result["n_steps"], result["steps"] = len(self.steps), address(self._table)
         result["aperture_ratio"] = max(self.aperture_ratio, 1e-6)
         for name in ("screen", "clip_start", "clip_end", "aperture", "focus_distance", "blades", "blade_rotation"):
             result[name] = getattr(self, name)

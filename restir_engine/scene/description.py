@@ -9,10 +9,12 @@ from . import names
 from .camera import Camera
 from .cryptomatte import Manifests
 from .images import ImageTable
+from .instances import InstanceSteps
 from .lamps import Lamps
 from .scene import Scene
 from .shaders import ShaderTable
 from .shape import Shape
+from .shutter import Shutter
 from .trees import Trees
 from .warnings import Warnings
 from .world import World
@@ -27,6 +29,8 @@ class SceneDescription:
     def __init__(self, attribute_names: dict[str, int] | None = None) -> None:
         self.meshes: list[Shape] = []
         self.instances = np.zeros(0, rec.INSTANCE)
+        self.instance_steps: list[InstanceSteps] = []  # of those that move
+        self.shutter: Shutter | None = None  # None: what is seen is one moment
         self.material_slots = np.zeros(0, np.int32)
         self.instance_attributes: list = []  # what the instances' attribute tables need to stay alive
         self.shaders = ShaderTable()

@@ -85,16 +85,19 @@ class EmitterTree:
         self._count = 0
         self._record = np.zeros(1, rec.EMITTER_TREE)
 
-    def add(self, emitters: np.ndarray, matrices: np.ndarray, growth: np.ndarray, runs: Run) -> np.ndarray:
+    def add(
+        self, emitters: np.ndarray, matrices: np.ndarray, growth: np.ndarray, runs: Run, reach: np.ndarray
+    ) -> np.ndarray:
         """Add the leaves of emitters (n,) with the same runs; the first leaf of each.
 
-        matrices: object to world (n, 3, 4); growth: of areas by them (n,).
+        matrices: object to world (n, 3, 4); growth: of areas by them (n,); reach: how far from there they may be while
+        the shutter is open (n,), 0 for those that stand still. What moves may face any way.
         """
         n, m = len(emitters), len(runs.intensity)
         linear = matrices[:, :, :3]
         middle, half = 0.5 * (runs.high + runs.low), 0.5 * (runs.high - runs.low)
         center = np.einsum("nij,mj->nmi", linear, middle) + matrices[:, None, :, 3]
-        extent = np.einsum("nij,mj->nmi", np.abs(linear), half)
+        extent = np.einsum("nij,mj->nmi", np.abs(linear), half) + reach[:, None, None]
         # Normals go by the inverse transposed, which is the cofactors' matrix but for its size.
         x, y, z = linear[:, :, 0], linear[:, :, 1], linear[:, :, 2]
         cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=2)
@@ -103,6 +106,7 @@ class EmitterTree:
         length = np.linalg.norm(normal, axis=2, keepdims=True)
         size = np.linalg.norm(runs.normal, axis=1)[None, :, None]
         normal = np.divide(normal * size, length, out=np.zeros_like(normal), where=length > 0.0)
+        normal[reach > 0.0] = 0.0
         intensity = growth[:, None] * runs.intensity
         owners = np.stack(np.broadcast_arrays(emitters[:, None], np.arange(m)), axis=2).astype(np.int32)
         columns = (center, extent, normal, owners)

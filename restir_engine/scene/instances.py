@@ -1,10 +1,19 @@
 """Placing meshes in the world: INSTANCE arrays built at once from columns."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kernels.core.records import INSTANCE, INSTANCE_MIRRORED
 
 _THICKNESS = 1e-4
+
+
+class InstanceSteps(NamedTuple):
+    """How instances move while the shutter is open."""
+
+    instances: np.ndarray  # (n,) indices
+    matrices: np.ndarray  # (n, steps, 12) object to world, at even distances of time; the middle ones are INSTANCE's
 
 
 def inverse(matrices: np.ndarray) -> np.ndarray:

@@ -234,11 +234,14 @@ class LightTable(Table):
         power = growth * np.array([built[group].power for group in members])
         alias = AliasTable(power)
         emitters["probability"] = alias.probabilities
+        emitters["reach"] = [scene.reach(index) for index in emitters["instance"].tolist()]
         tree = EmitterTree(run_length(sum(len(built[group].primitives) for group in members)))
         for group in np.unique(members):
             mine = np.flatnonzero(members == group)
             matrices = instances["to_world"][emitters["instance"][mine]].reshape(-1, 3, 4)
-            emitters["first_leaf"][mine] = tree.add(mine, matrices, growth[mine], built[group].runs(tree.run))
+            emitters["first_leaf"][mine] = tree.add(
+                mine, matrices, growth[mine], built[group].runs(tree.run), emitters["reach"][mine]
+            )
         self.first_emitters[emitters["instance"]] = np.arange(used)
         table["n_emitters"] = used
         self._share("emitter_alias", alias.table)

@@ -25,6 +25,8 @@ class Mesh(Shape):
     normals: np.ndarray | None = None
     normals_domain: int = DOMAIN_POINT
     smooth: np.ndarray | None = None
+    # Of a mesh that deforms (Shape.steps, two rows more than vertices):
+    normal_steps: np.ndarray | None = None  # float32 (steps, n, 3)
 
     def __post_init__(self) -> None:
         self.vertices = padded(self.vertices)
@@ -47,24 +49,25 @@ class Mesh(Shape):
 
     @property
     def arrays(self) -> dict[str, np.ndarray | None]:
-        names = ("vertices", "triangles", "corners", "polygons", "normals", "smooth", "material_slots")
-        return {name: getattr(self, name) for name in names}
+        names = "vertices", "triangles", "corners", "polygons", "normals", "smooth", "material_slots", "normal_steps"
+        return super().arrays | {name: getattr(self, name) for name in names}
 
     @property
     def form(self) -> tuple[np.ndarray, ...]:
-        return self.vertices, self.triangles
+        return self.vertices, self.triangles, self.steps
 
     @property
     def points(self) -> np.ndarray:
         return self.vertices
 
     def tree(self) -> MeshScene:
-        return MeshScene(self.vertices, self.triangles)
+        return MeshScene(self.vertices, self.triangles, self.steps)
 
     def record(self, attributes: np.ndarray | None = None) -> np.void:
         result = super().record(attributes)
         result["n_vertices"], result["n_triangles"] = len(self.vertices), len(self.triangles)
         result["normals_domain"] = self.normals_domain
+        result["normals_stride"] = 0 if self.normal_steps is None else self.normal_steps.shape[1]
         return result
 
 

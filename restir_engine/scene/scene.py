@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -16,6 +18,7 @@ from ..kernels.shading.interpreter import shader_entries
 from .freeze import freeze
 from .lights import LightTable
 from .majorants import commit_majorants
+from .motion import embree_parts, swept
 from .mesh import Mesh
 from .shape import Shape, attribute_table
 from .world import WorldTable
@@ -47,6 +50,7 @@ class Scene:
         for mesh in self.meshes:
             mesh.freeze()
         freeze(description.instance_attributes, description.images.arrays)
+        self._commit_shutter(description)
         self._commit_geometry(trees)
         self._note_media(description.world.material)
         self._commit_shading(description.images.records())
@@ -73,6 +77,19 @@ class Scene:
         self._table[0][field] = address(array)
         self._kept.append(array)
 
+    def _commit_shutter(self, description: SceneDescription) -> None:
+        """How long what is seen takes, and what moves meanwhile; self.steps: matrices (steps, 12) by instance."""
+        self.steps = {}
+        self._table[0]["time"] = 0.5
+        if description.shutter is None:
+            return
+        shutter, table = description.shutter.record()
+        self._share("shutter", shutter)
+        self._kept.append(table)
+        for group in description.instance_steps:
+            self.instances["moves"][group.instances] = 1
+            self.steps |= zip(group.instances.tolist(), group.matrices, strict=True)
+
     def _commit_geometry(self, trees: Trees) -> None:
         record, instances = self._table[0], self.instances
         masks = self._instance_masks()
@@ -81,8 +98,10 @@ class Scene:
         scatters[instances["mesh"][self._have_flag(rec.MATERIAL_SUBSURFACE)]] = True
         record["flags"] |= rec.SCENE_HAS_TRANSPARENT if self._lets_through().any() else 0
         record["flags"] |= rec.SCENE_HAS_SUBSURFACE if scatters.any() else 0
+        moving = np.zeros(len(self.meshes), bool)
+        moving[instances["mesh"][instances["moves"] != 0]] = True
         alone = np.array([isinstance(mesh, Mesh) for mesh in self.meshes], bool)  # may go into the world's tree
-        own = ((users > 1) | (scatters | ~alone) & (users > 0)).tolist()
+        own = ((users > 1) | (scatters | moving | ~alone) & (users > 0)).tolist()
         bottom = [trees.of(mesh) if has else None for mesh, has in zip(self.meshes, own, strict=True)]
         self._kept.append(bottom)
         meshes = np.zeros(len(self.meshes), rec.MESH)
@@ -100,6 +119,8 @@ class Scene:
             _placed(self.meshes[mesh], bottom[mesh], transform, mask, trees)
             for mesh, transform, mask in zip(instances["mesh"].tolist(), transforms, masks.tolist(), strict=True)
         ]
+        for index, matrices in self.steps.items():
+            content[index] = replace(content[index], steps=embree_parts(matrices))
         top = WorldScene(content)
         self._kept.append(top)
         record["embree"] = top.handle
@@ -144,12 +165,33 @@ class Scene:
     def _find_media(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
         """Lower and upper corner, (3,) each, of all instances with a medium inside."""
         found = []
-        for instance in self.instances[self._have_flag(rec.MATERIAL_MEDIUM)]:
-            points = self.meshes[instance["mesh"]].points[:, :3] @ instance["to_world"].reshape(3, 4)[:, :3].T
-            points = points + instance["to_world"].reshape(3, 4)[:, 3]
-            if len(points):
-                found.append((points.min(0), points.max(0)))
+        for index in np.flatnonzero(self._have_flag(rec.MATERIAL_MEDIUM)).tolist():
+            instance = self.instances[index]
+            points = self.meshes[instance["mesh"]].places
+            if not len(points):
+                continue
+            if index in self.steps:
+                found.append(swept(points, self.steps[index]))
+                continue
+            points = points @ instance["to_world"].reshape(3, 4)[:, :3].T + instance["to_world"].reshape(3, 4)[:, 3]
+            found.append((points.min(0), points.max(0)))
         return tuple(found)
+
+    def reach(self, index: int) -> float:
+        """About how far points of an instance are from where they are in the middle of the shutter, at most; 0: not."""
+        instance = self.instances[index]
+        mesh = self.meshes[instance["mesh"]]
+        matrices = self.steps.get(index, instance["to_world"][None]).reshape(-1, 3, 4)
+        middle = instance["to_world"].reshape(3, 4)
+        box = np.array([mesh.vertices.min(0), mesh.vertices.max(0)])
+        corners = np.array(list(product(*box.T)))
+        away = (matrices - middle)[:, :, :3] @ corners.T + (matrices - middle)[:, :, 3:]
+        result = float(np.linalg.norm(away, axis=1).max())
+        if mesh.steps is not None:
+            size = np.linalg.norm(middle[:, :3], axis=0).max()
+            offsets = mesh.steps[:, :-2] - mesh.vertices
+            result += float(size * np.linalg.norm(offsets, axis=2).max())
+        return result
 
     def _have_flag(self, flag: int) -> np.ndarray:
         """Which instances have a material with one of these MATERIAL_* bits, bool (n_instances,)."""

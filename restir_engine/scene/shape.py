@@ -56,21 +56,29 @@ class Shape(abc.ABC):
     attributes: list[Attribute] = field(default_factory=list)
     generated_offset: tuple[float, float, float] = (-1.0, -1.0, -1.0)
     generated_scale: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    # Of what changes its form while the shutter is open: `points` at even distances of time, those above in the middle.
+    steps: np.ndarray | None = None  # float32 (steps, rows, 3 or 4)
 
     @property
-    @abc.abstractmethod
     def arrays(self) -> dict[str, np.ndarray | None]:
         """By the names of fields of MESH: the arrays whose addresses these hold."""
+        return {"steps": self.steps, "material_slots": self.material_slots}
 
     @property
     @abc.abstractmethod
-    def form(self) -> tuple[np.ndarray, ...]:
-        """The arrays that its acceleration structure is made of: `points`, and how they hang together."""
+    def form(self) -> tuple[np.ndarray | None, ...]:
+        """The arrays that its acceleration structure is made of: `points`, how they hang together, and `steps`."""
 
     @property
     @abc.abstractmethod
     def points(self) -> np.ndarray:
         """Where it lies, (n, 3), or (n, 4) with radii; the same array every time."""
+
+    @property
+    def places(self) -> np.ndarray:
+        """All places of its points, at any step: (m, 3)."""
+        count = len(self.points)
+        return self.points[:, :3] if self.steps is None else self.steps[:, :count, :3].reshape(-1, 3)
 
     @abc.abstractmethod
     def tree(self) -> ShapeScene:
@@ -94,6 +102,8 @@ class Shape(abc.ABC):
             result[name] = address(array)
         if attributes is not None:
             result["attributes"], result["n_attributes"] = address(attributes), len(attributes)
+        if self.steps is not None:
+            result["n_steps"], result["steps_stride"] = self.steps.shape[:2]
         result["generated_offset"], result["generated_scale"] = self.generated_offset, self.generated_scale
         return result[()]
 

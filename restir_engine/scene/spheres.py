@@ -30,18 +30,18 @@ class Spheres(Shape):
 
     @property
     def arrays(self) -> dict[str, np.ndarray | None]:
-        return {"points": self._points, "material_slots": self.material_slots}
+        return super().arrays | {"points": self._points}
 
     @property
     def form(self) -> tuple[np.ndarray, ...]:
-        return (self._points,)
+        return self._points, self.steps
 
     @property
     def points(self) -> np.ndarray:
         return self._points
 
     def tree(self) -> SphereScene:
-        return SphereScene(SHAPE_SPHERES, self._points, cull_back.address)
+        return SphereScene(SHAPE_SPHERES, self._points, cull_back.address, self.steps)
 
     def record(self, attributes: np.ndarray | None = None) -> np.void:
         result = super().record(attributes)

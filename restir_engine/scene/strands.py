@@ -67,16 +67,12 @@ class Strands(Shape):
 
     @property
     def arrays(self) -> dict[str, np.ndarray | None]:
-        return {
-            "points": self._points,
-            "segments": self._segments,
-            "strands": self._strands,
-            "material_slots": self.material_slots,
-        }
+        own = {"points": self._points, "segments": self._segments, "strands": self._strands}
+        return super().arrays | own
 
     @property
     def form(self) -> tuple[np.ndarray, ...]:
-        return self._points, self._segments, self._strands
+        return self._points, self._segments, self._strands, self.steps
 
     @property
     def points(self) -> np.ndarray:
@@ -85,7 +81,7 @@ class Strands(Shape):
     def tree(self) -> StrandScene:
         culls = 0 if self.shape == SHAPE_RIBBONS else cull_back.address
         return StrandScene(
-            self.shape, _KINDS[self.shape], self._points, self._segments, self._strands, self.pieces, culls
+            self.shape, _KINDS[self.shape], self._points, self._segments, self._strands, self.pieces, culls, self.steps
         )
 
     def record(self, attributes: np.ndarray | None = None) -> np.void:

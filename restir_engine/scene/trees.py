@@ -73,7 +73,7 @@ class Trees:
         """
         if self._instanced and len(mesh.triangles) >= INSTANCED:
             return Placed(mask, transform, scene=self.of(mesh))
-        if len(mesh.triangles) < LARGE:
+        if len(mesh.triangles) < LARGE or mesh.steps is not None:
             return _in_world(mesh, transform, mask)
         self._large += len(mesh.triangles)
         shape, place = _identity(mesh), transform.tobytes()
@@ -90,8 +90,11 @@ class Trees:
 
 
 def _in_world(mesh: Mesh, transform: np.ndarray, mask: int) -> Placed:
-    vertices = moved(mesh.vertices, transform.reshape(3, 4))
-    return Placed(mask, transform, vertices=vertices, triangles=mesh.triangles)
+    matrix = transform.reshape(3, 4)
+    steps = None
+    if mesh.steps is not None:
+        steps = np.stack([np.add(step @ matrix[:, :3].T, matrix[:, 3], dtype=np.float32) for step in mesh.steps])
+    return Placed(mask, transform, vertices=moved(mesh.vertices, matrix), triangles=mesh.triangles, steps=steps)
 
 
 def _identity(shape: Shape) -> tuple[int, ...]:

@@ -30,6 +30,7 @@ from .lights import sync_light
 from .materials import Materials
 from .mesh import readable
 from .mesh_cache import MeshCache, memory_of
+from .motion import Blur, Frames, Moments, along_velocity, blur_of, identities, steps_of
 from .objects import (
     asset_name,
     instance_flags,
@@ -60,26 +61,39 @@ def read_scene(
     meshes: MeshCache | None = None,
     materials: Callable[[SceneDescription], Materials] = Materials,
     space=None,
+    frames: Frames | None = None,
 ) -> SceneDescription:
     """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
 
     camera, or the object camera_object: who looks, where that is not the scene's camera. meshes: those that
     earlier frames have read. materials: gives the programs for a description. space: the 3D view that shows it.
-    Raises SceneError where no picture can come of it.
+    frames: how other times are read, for motion blur; None: nothing is blurred. Raises SceneError where no picture can
+    come of it.
     """
     meshes = MeshCache() if meshes is None else meshes
     scene = SceneDescription(meshes.attribute_names)
     scene.aovs = aov_channels(settings.aovs)
     scene.frame = depsgraph.scene.frame_current
     render = depsgraph.scene.render
-    scene.time = depsgraph.scene.frame_current_final
+    scene.time = now = depsgraph.scene.frame_current_final
     scene.frames_per_second = render.fps / render.fps_base
-    scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
-    note_scene(depsgraph, scene.warnings)
-    reader = _Reader(scene, depsgraph, settings, meshes, materials(scene), space)
-    reader.read()
-    sync_world(scene, depsgraph, reader.materials)
-    reader.materials.compiled()
+    blur = blur_of(depsgraph) if frames else None
+    try:
+        if blur and blur.middle != now:
+            frames.show(blur.middle)
+        scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
+        note_scene(depsgraph, scene.warnings)
+        reader = _Reader(scene, depsgraph, settings, meshes, materials(scene), space, blur)
+        reader.read()
+        sync_world(scene, depsgraph, reader.materials)
+        reader.materials.compiled()
+        if blur:
+            scene.shutter = blur.shutter
+            reader.moments.read(depsgraph, blur, frames, None if camera else camera_object or depsgraph.scene.camera)
+    finally:
+        if blur:
+            frames.show(now)
+    reader.fit_normals()
     return scene
 
 
@@ -111,6 +125,13 @@ class _Placed:
     particles: bool = False
     properties: list[Attribute] = field(default_factory=list)  # one value each
     instancer: list[tuple[Attribute, np.ndarray]] = field(default_factory=list)  # values by number of the instance
+    steps: int = 0  # over the shutter, 0: it is not blurred
+    deforms: bool = False  # its mesh may change meanwhile
+
+
+def changes_shape(item, data) -> bool:
+    """Whether something beside its data tells what shape an evaluated object has."""
+    return len(item.modifiers) > 0 or getattr(data, "shape_keys", None) is not None
 
 
 _LIGHT = -1  # stands for a lamp among the numbers of what is placed
@@ -121,9 +142,17 @@ class _Reader:
     """One walk over the instances of a depsgraph."""
 
     def __init__(
-        self, scene: SceneDescription, depsgraph, settings, meshes: MeshCache, materials: Materials, space
+        self,
+        scene: SceneDescription,
+        depsgraph,
+        settings,
+        meshes: MeshCache,
+        materials: Materials,
+        space,
+        blur: Blur | None,
     ) -> None:
         self.scene = scene
+        self._blur = blur
         self._cache = meshes
         self.depsgraph = depsgraph
         self.settings = settings
@@ -201,6 +230,9 @@ class _Reader:
         mesh = self._shape(instance, item, data)
         if mesh < 0:
             return None
+        steps, deforms = steps_of(item, instance.parent) if self._blur else (0, False)
+        if steps and deforms:
+            deforms = not self._follow_velocity(mesh, data) and changes_shape(item, data)
         flags = instance_flags(instance, self.view_layer)
         if flags & INSTANCE_SHADOW_CATCHER:
             self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")
@@ -227,6 +259,8 @@ class _Reader:
             particles=instance.is_instance and instance.particle_system is not None,
             properties=self._properties(instance),
             instancer=self._instancer_values(instance),
+            steps=steps,
+            deforms=bool(steps) and deforms,
         )
 
     def _is_shown(self, item, data) -> bool:
@@ -237,6 +271,16 @@ class _Reader:
         if isinstance(data, bpy.types.Curves):
             return layer.use_strand
         return isinstance(data, bpy.types.PointCloud) or (isinstance(data, bpy.types.Mesh) and layer.use_solid)
+
+    def _follow_velocity(self, index: int, data) -> bool:
+        """Whether the points of a shape move along its velocities; they are made to."""
+        seconds = self._blur.length / self.scene.frames_per_second
+        mesh = self.scene.meshes[index]
+        if mesh.steps is not None:
+            return True
+        moved = along_velocity(mesh, data, seconds)
+        self.scene.meshes[index] = moved or mesh
+        return moved is not None
 
     def _material_indices(self, item, data) -> tuple[int, ...]:
         materials = [slot.material for slot in item.material_slots] or list(getattr(data, "materials", ()))
@@ -272,17 +316,20 @@ class _Reader:
         """What an evaluated object's data is rendered as; None: it is empty."""
         if is_grids(item):
             return read_grids(self.scene, item, self._cache.volumes)
-        if isinstance(data, bpy.types.Curves):
-            return read_curves(self.scene, data, strand_look(self.depsgraph.scene_eval))
-        if isinstance(data, bpy.types.PointCloud):
-            return read_points(self.scene, data)
+        if not isinstance(data, bpy.types.Mesh):
+            return self._read_others(data)
         place = memory_of(data, (item, data, instance.parent, instance.instance_object))
         mesh = self._cache.untouched(self.scene, data, place)
         if mesh is None:
             with readable(item, data, self.depsgraph) as source:
-                deformed = len(item.modifiers) > 0 or data.shape_keys is not None
-                mesh = self._cache.read(self.scene, source, deformed, place)
+                mesh = self._cache.read(self.scene, source, changes_shape(item, data), place)
         return mesh
+
+    def _read_others(self, data) -> Shape | None:
+        """What curves or points are rendered as."""
+        if isinstance(data, bpy.types.Curves):
+            return read_curves(self.scene, data, strand_look(self.depsgraph.scene_eval))
+        return read_points(self.scene, data)
 
     def _properties(self, instance) -> list[Attribute]:
         """The properties of an object, or of what it belongs to, that Attribute nodes ask for."""
@@ -364,11 +411,26 @@ class _Reader:
             },
         )
         self._attach_attributes(which, chosen)
-        shown = np.bincount(self.scene.instances["mesh"], minlength=len(self.scene.meshes))
-        for instance in self.scene.instances[shown[self.scene.instances["mesh"]] == 1]:
-            index = instance["mesh"]
-            if isinstance(self.scene.meshes[index], Mesh):
-                self.scene.meshes[index] = with_normals_for(self.scene.meshes[index], instance["to_object"])
+        if self._blur:
+            rows = np.full(count, -1)
+            rows[chosen] = np.arange(len(chosen))
+            steps = np.array([item.steps for item in self._placed])[placed]
+            entries = {number: entry for entry, number in zip(chosen[::-1].tolist(), which[::-1].tolist(), strict=True)}
+            items = [(entries[n], item.mesh) for n, item in enumerate(self._placed) if item.deforms and n in entries]
+            deforming = {mesh: entry for entry, mesh in items}  # each mesh once
+            deforming = {entry: mesh for mesh, entry in deforming.items()}
+            self.moments = Moments(self.scene, self._read_others, identities(self.depsgraph), matrices, steps, rows, deforming)
+
+    def fit_normals(self) -> None:
+        """Give meshes that stand in one place alone the normals that they have there."""
+        instances, meshes = self.scene.instances, self.scene.meshes
+        moving = np.concatenate([np.zeros(0, np.int64), *(group.instances for group in self.scene.instance_steps)])
+        shown = np.bincount(instances["mesh"], minlength=len(meshes))
+        shown[instances["mesh"][moving]] = 0
+        for instance in instances[shown[instances["mesh"]] == 1]:
+            mesh = meshes[instance["mesh"]]
+            if isinstance(mesh, Mesh) and mesh.steps is None:
+                meshes[instance["mesh"]] = with_normals_for(mesh, instance["to_object"])
 
     def _rules(self, item) -> tuple[int, int]:
         """The rules of what an object emits: of receivers, of blockers."""

@@ -20,7 +20,6 @@ class LeftOut(NamedTuple):
 
 
 SCENE = (
-    LeftOut("render.use_motion_blur", "motion blur is left out"),
     LeftOut("render.use_multiview", "stereoscopy is left out: all views are the camera's"),
     LeftOut("render.use_freestyle", "Freestyle lines are left out"),
     LeftOut("cycles.use_fast_gi", "Fast GI is left out: indirect light is traced"),

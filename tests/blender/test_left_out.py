@@ -36,7 +36,6 @@ def set_all(scene, paths):
 @pytest.mark.parametrize(
     ("paths", "word"),
     [
-        (["render.use_motion_blur"], "motion blur"),
         (["render.use_multiview"], "stereoscopy"),
         (["render.use_freestyle"], "Freestyle"),
         (["cycles.use_fast_gi"], "Fast GI"),

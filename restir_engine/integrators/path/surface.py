@@ -24,7 +24,7 @@ from .emission import add_surface_emission
 
 
 @inlined
-def meet_surface(scene, camera, integrator, film, scratch, path, sp, t, instance, primitive, u, v):
+def meet_surface(scene, integrator, film, scratch, path, sp, t, instance, primitive, u, v):
     """Shade the surface that the path's ray has hit, and return the path's next event: see `vertex.arrive`.
 
     Roulette comes before shading: a path that ends here still counts what the surface emits, but needs no closures.
@@ -48,7 +48,7 @@ def meet_surface(scene, camera, integrator, film, scratch, path, sp, t, instance
     if weight == 0.0:
         return ENDS
     put(path.throughput, scale(vec(path.throughput), weight))
-    surface_passes(scene, camera, integrator, film, path, sp)
+    surface_passes(scene, integrator, film, path, sp)
     return pass_through(integrator, path, sp, vec(sp.transparent)) if path.last else SHADES
 
 

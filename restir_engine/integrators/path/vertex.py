@@ -28,4 +28,4 @@ def arrive(scene, camera, integrator, film, scratch, path, sp):
     if instance < 0:
         add_world(scene, integrator, film, scratch, path, sp)
         return ENDS
-    return meet_surface(scene, camera, integrator, film, scratch, path, sp, t, instance, primitive, u, v)
+    return meet_surface(scene, integrator, film, scratch, path, sp, t, instance, primitive, u, v)

@@ -6,9 +6,10 @@ pixel's own; its domain is the one resampled for.
 
 from ...kernels.core.jit import device, inlined
 from ...kernels.core.memory import call_entry, prefetch, store_f32
-from ...kernels.core.records import PATH, SHADING_POINT, resampling_area, shading_point_at
+from ...kernels.core.records import PATH, SHADING_POINT, resampling_area, scene_at, shading_point_at
 from ...kernels.core.vec import load3_f32, store3_f32
 from ...kernels.lobes.classes import NO_LOBES, Lobes, lobe_add, lobe_scale
+from .frame import frame_at
 from .mis import CONTRIBUTION
 from .resample import (
     MAX_CANDIDATES,
@@ -50,6 +51,15 @@ LIGHT_BYTES = 36  # of frame.light, a pixel
 def point_at(frame, pixel):
     """The SHADING_POINT of a pixel; its instance is -1 where there is none."""
     return shading_point_at(frame.points, pixel)
+
+
+@inlined
+def scene_of(domain):
+    """The SCENE of a DOMAIN, here set to the time of its pixel's path: domains of a frame share the tile's own."""
+    scene = scene_at(domain.scene, 0)
+    if scene.shutter != 0:
+        scene.time = point_at(frame_at(domain.frame, 0), domain.pixel).time
+    return scene
 
 
 @inlined

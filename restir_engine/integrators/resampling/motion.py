@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...kernels.core.jit import device, inlined
-from ...kernels.core.memory import address, call_entry, load_i32, load_i64, load_u32, record_address, record_at
+from ...kernels.core.memory import address, call_entry, load_i32, load_i64, record_address, record_at
 from ...kernels.core.records import (
     LIGHT_DELTA,
     LIGHT_ELLIPSE,
@@ -20,11 +20,11 @@ from ...kernels.core.records import (
     SHAPE_CENTRE,
     SHAPE_ENTRIES,
     SHAPE_TRIANGLES,
-    instance_at,
     mesh_at,
 )
-from ...kernels.core.vec import add, load3_f32, load3_f64, normalize, scale, transform_normal, transform_point, vec
+from ...kernels.core.vec import add, load3_f64, normalize, scale, transform_normal, transform_point, vec
 from ...kernels.geometry.camera import camera_pixel
+from ...kernels.geometry.placed import corners, placed_at
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
@@ -137,18 +137,16 @@ def place_before(scene, before, motion, sp):
     instance = look_up(motion.instance_before, sp.instance)
     if instance < 0:
         return instance, vec(sp.p), vec(sp.n)
-    placed = instance_at(before.instances, instance)
+    placed = placed_at(before, instance)
     mesh = mesh_at(before.meshes, placed.mesh)
     if mesh.shape != SHAPE_TRIANGLES:
         entry = load_i64(before.shape_entries, SHAPE_ENTRIES * mesh.shape + SHAPE_CENTRE)
         call_entry(entry, record_address(before), record_address(sp), placed.mesh, sp.registers, 0)
         p = load3_f64(sp.registers, 0)
     else:
-        a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive))
-        b = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive + 1))
-        c = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * sp.primitive + 2))
+        a, b, c = corners(mesh, before.time, sp.primitive)
         p = add(scale(a, 1.0 - sp.u - sp.v), add(scale(b, sp.u), scale(c, sp.v)))
-    n = transform_normal(instance_at(scene.instances, sp.instance).to_world, vec(sp.n))
+    n = transform_normal(placed_at(scene, sp.instance).to_world, vec(sp.n))
     return instance, transform_point(placed.to_world, p), normalize(transform_normal(placed.to_object, n))
 
 

@@ -8,7 +8,7 @@ then every pixel finds in the table also what its own sample is worth to them.
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined, kernel
 from ...kernels.core.memory import load_f32
-from ...kernels.core.records import INTEGRATOR, SCENE
+from ...kernels.core.records import INTEGRATOR, SCENE, tile_scene
 from ...kernels.core.vec import vec
 from .frame import FRAME
 from .inputs import (
@@ -43,6 +43,7 @@ def spatial_tile(
     pairs: SHIFTED [reuse.neighbours] for each pixel of the tile, working memory of PAIRS; turn: which round it is;
     last: whether it is the last reuse of the frame, after which frame.light is what lights.
     """
+    scene = tile_scene(scene, scratch, 0)
     start = reservoirs_of(frame, reuse, frame.reservoirs)
     to = reservoirs_of(frame, reuse, frame.reused)
     count = min(reuse.neighbours, MAX_CANDIDATES - 1)

@@ -8,8 +8,9 @@ and shadows, without which light that has moved is counted wrongly (history_targ
 from ...kernels.core import rng
 from ...kernels.core.jit import device, kernel
 from ...kernels.core.memory import record_address
-from ...kernels.core.records import CAMERA, INTEGRATOR, SCENE
+from ...kernels.core.records import CAMERA, INTEGRATOR, SCENE, tile_camera, tile_scene
 from ...kernels.core.vec import vec
+from ...kernels.path.shutter import set_time
 from ...kernels.path.state import FAR
 from .frame import FRAME
 from .inputs import (
@@ -47,6 +48,8 @@ def temporal_tile(
     scene_before, camera_before, integrator_before, before: of the frame before, whose points, paths and last reservoirs
     are still there; last: whether no spatial reuse follows, so that frame.light is what lights.
     """
+    scene, camera = tile_scene(scene, scratch, 0), tile_camera(camera, scratch, 0)
+    scene_before, camera_before = tile_scene(scene_before, scratch, 1), tile_camera(camera_before, scratch, 1)
     links = record_address(motion)
     now = domain_at(domain_of(scratch, 0), 0)
     then = domain_at(domain_of(scratch, 1), 0)
@@ -89,6 +92,8 @@ def temporal_tile(
 def find_before(scene, camera, frame, scene_before, camera_before, before, motion, reuse, x, y):
     """The pixel of the frame before that shows the surface that is at pixel (x, y) now; -1: none."""
     sp = point_at(frame, y * frame.width + x)
+    set_time(scene, camera, sp.time)
+    set_time(scene_before, camera_before, sp.time)
     instance, p, n = place_before(scene, scene_before, motion, sp)
     if instance < 0:
         return -1
@@ -100,6 +105,9 @@ def find_before(scene, camera, frame, scene_before, camera_before, before, motio
             continue
         pixel = qy * before.width + qx
         op = point_at(before, pixel)
+        if scene_before.shutter != 0:  # where the surface was at the time of that pixel
+            scene_before.time = op.time
+            _, p, n = place_before(scene, scene_before, motion, sp)
         # Its distance from that camera is not known: the tangent planes alone tell.
         if op.instance == instance and similar(
             p, n, 0, FAR, vec(op.p), vec(op.n), 0, op.t, reuse.min_cosine, reuse.max_depth

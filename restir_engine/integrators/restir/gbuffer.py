@@ -15,7 +15,9 @@ from ...kernels.core.records import (
     closure_at,
     path_at,
     shading_point_at,
+    tile_camera,
     tile_point,
+    tile_scene,
 )
 from ...kernels.film.frame_pixels import clear_pixel, is_active
 from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
@@ -64,6 +66,7 @@ def gbuffer_tile(
     Returns how many closures there are. When there are more than the pool holds, call again with a larger one.
     """
     used = 0
+    scene, camera = tile_scene(scene, scratch, 0), tile_camera(camera, scratch, 0)
     path = path_at(scratch + SCRATCH_PATH, 0)
     sp = tile_point(scratch)
     for y in range(y0, y1):
@@ -76,7 +79,7 @@ def gbuffer_tile(
             if not is_active(film, x, y):
                 continue
             key = rng.key(integrator.seed, x, y, 0)
-            has_ray = start_path(camera, integrator, scratch, pixel, key, sample, x, y)
+            has_ray = start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y)
             path.mean_visibility = frame.mean_visibilities + MEAN_VISIBILITY_BYTES * index
             if not has_ray or not _first_vertex(scene, camera, integrator, film, scratch, path, sp):
                 continue

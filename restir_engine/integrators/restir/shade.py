@@ -10,13 +10,16 @@ from ...kernels.core.records import (
     SCRATCH_PATH,
     path_at,
     shading_point_at,
+    tile_camera,
     tile_point,
+    tile_scene,
 )
 from ...kernels.core.vec import mul, vec
 from ...kernels.film.contribute import contribute, lit
 from ...kernels.film.frame_pixels import add_pixels
 from ...kernels.geometry.intersect import put_nearest
 from ...kernels.lobes.classes import lobe_sum
+from ...kernels.path.shutter import set_time
 from ...kernels.path.state import ARRIVES, COUNTED, ENTERS, GOES_ON
 from ..path.bounce import bounce
 from ..path.trace import trace_path
@@ -41,6 +44,7 @@ def shade_tile(
 
     companion: the address of the FRAME of subsurface light, whose code the next two are; 0: there is none.
     """
+    scene, camera = tile_scene(scene, scratch, 0), tile_camera(camera, scratch, 0)
     path = path_at(scratch + SCRATCH_PATH, 0)
     for y in range(y0, y1):
         for x in range(x0, x1):
@@ -48,6 +52,7 @@ def shade_tile(
             if shading_point_at(frame.points, index).instance < 0:
                 continue
             sp = tile_point(scratch)
+            set_time(scene, camera, path_at(frame.paths, index).time)
             take_up(scene, integrator, frame, scratch, path, sp, index)
             _add_light(integrator, film, path, frame, index)
             if companion != 0:

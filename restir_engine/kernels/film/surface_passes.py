@@ -2,7 +2,7 @@
 
 from ..core.jit import device, inlined
 from ..core.memory import store_f32
-from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, instance_at, material_at
+from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, camera_at, instance_at, material_at
 from ..core.vec import average, dot, length, mul, put, store3_f32, transform_point, vec
 from ..geometry.attributes import attribute
 from ..lobes import bsdf_color, bsdf_normal, denoise_features
@@ -12,8 +12,9 @@ from .cryptomatte import add_to_slots
 
 
 @inlined
-def surface_passes(scene, camera, integrator, film, path, sp):
-    """Describe the surface at sp, if the path is the first to see one."""
+def surface_passes(scene, integrator, film, path, sp):
+    """Describe the surface at sp, if the path is the first to see one, as the camera does in the shutter's middle."""
+    camera = camera_at(scene.camera, 0)
     if film.data_passes > 0 and path.background_visible > 0:
         _data_passes(scene, camera, integrator, film, path, sp)
     if film.denoising_albedo >= 0 and path.denoise > 0:

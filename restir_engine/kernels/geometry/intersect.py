@@ -17,7 +17,7 @@ INVALID = 0xFFFFFFFF
 
 
 @inlined
-def put_ray(ray, o, d, tmin, tmax, mask):
+def put_ray(ray, o, d, tmin, tmax, mask, time):
     """Fill an RTCRay; its layout is that of embree4/rtcore_ray.h."""
     store_f32(ray, 0, o[0])
     store_f32(ray, 1, o[1])
@@ -26,7 +26,7 @@ def put_ray(ray, o, d, tmin, tmax, mask):
     store_f32(ray, 4, d[0])
     store_f32(ray, 5, d[1])
     store_f32(ray, 6, d[2])
-    store_f32(ray, 7, 0.0)
+    store_f32(ray, 7, time)
     store_f32(ray, 8, tmax)
     store_u32(ray, 9, mask)
     store_u32(ray, 10, 0)
@@ -37,7 +37,7 @@ def put_ray(ray, o, d, tmin, tmax, mask):
 def trace(scene, scratch, o, d, tmin, tmax, mask):
     """Find the nearest hit of a ray, for `nearest`. mask: RAY_* bits; instances that share none are invisible."""
     ray = scratch + SCRATCH_RAY
-    put_ray(ray, o, d, tmin, tmax, mask)
+    put_ray(ray, o, d, tmin, tmax, mask, scene.time)
     store_u32(ray, 18, INVALID)
     store_u32(ray, 19, INVALID)
     rtc_intersect1(scene.embree, ray, 0)
@@ -84,6 +84,6 @@ def intersect(scene, scratch, o, d, tmin, tmax, mask):
 def occluded(scene, scratch, o, d, tmax, mask):
     """Whether anything visible to `mask` lies on the segment of length tmax."""
     ray = scratch + SCRATCH_SHADOW_RAY
-    put_ray(ray, o, d, 0.0, tmax, mask)
+    put_ray(ray, o, d, 0.0, tmax, mask, scene.time)
     rtc_occluded1(scene.embree, ray, 0)
     return load_f32(ray, 8) < 0.0

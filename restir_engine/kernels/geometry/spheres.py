@@ -1,10 +1,11 @@
 """Spheres, which stand for points: what rays hit of them."""
 
 from ..core.jit import entry
-from ..core.memory import load_f32, store_f32
-from ..core.records import instance_at, mesh_at, scene_at, shading_point_at
+from ..core.memory import store_f32
+from ..core.records import mesh_at, scene_at, shading_point_at
 from ..core.vec import frame, is_black, load3_f32, madd, normalize, put, store3_f64, sub, transform_point, vec
 from ..core.warp import octahedral, octahedral_direction
+from .placed import placed_at, point
 from .surface import POSITION_ERROR, largest, magnitude
 
 
@@ -23,30 +24,25 @@ def sphere_hit(_scene, ray, _a, _b, _c):
 def sphere_surface(scene, sp, _a, _b, _c):
     """SHAPE_SURFACE; as in Cycles the normal leads away from the centre in the world, of stretched spheres too."""
     scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
-    placed = instance_at(scene.instances, sp.instance)
-    points = mesh_at(scene.meshes, sp.mesh).points
-    at = 4 * sp.primitive
-    centre, radius = (
-        (load_f32(points, at), load_f32(points, at + 1), load_f32(points, at + 2)),
-        load_f32(points, at + 3),
-    )
+    placed = placed_at(scene, sp.instance)
+    x, y, z, radius = point(mesh_at(scene.meshes, sp.mesh), scene.time, sp.primitive)
+    centre = (x, y, z)
     p = transform_point(placed.to_world, madd(centre, octahedral_direction(sp.u, sp.v), radius))
     n = normalize(sub(p, transform_point(placed.to_world, centre)))
     if is_black(n):
         n = vec(sp.wo)
-    x, y = frame(n)
+    dpdu, dpdv = frame(n)
     put(sp.p, p)
     sp.error = POSITION_ERROR * magnitude(placed.to_world, largest(centre) + radius)
     put(sp.n, n)
     put(sp.ng, n)
-    put(sp.dpdu, x)
-    put(sp.dpdv, y)
+    put(sp.dpdu, dpdu)
+    put(sp.dpdv, dpdv)
 
 
 @entry
 def sphere_centre(scene, sp, mesh, out, _c):
     """SHAPE_CENTRE: where sp stands on that sphere of another frame's mesh, float64 [3]."""
-    sp = shading_point_at(sp, 0)
-    points, at = mesh_at(scene_at(scene, 0).meshes, mesh).points, 4 * sp.primitive
-    centre = (load_f32(points, at), load_f32(points, at + 1), load_f32(points, at + 2))
-    store3_f64(out, 0, madd(centre, octahedral_direction(sp.u, sp.v), load_f32(points, at + 3)))
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    x, y, z, radius = point(mesh_at(scene.meshes, mesh), scene.time, sp.primitive)
+    store3_f64(out, 0, madd((x, y, z), octahedral_direction(sp.u, sp.v), radius))

@@ -30,26 +30,15 @@ from ..core.vec import (
     transform_vector,
     vec,
 )
+from .placed import placed_at, point
 from .surface import POSITION_ERROR, largest, magnitude
 
 
 @device
-def _point(mesh, first, k):
-    """Place and radius (x, y, z, r) of the k-th of the four points of a segment."""
-    at = 4 * (first + k)
-    return (
-        load_f32(mesh.points, at),
-        load_f32(mesh.points, at + 1),
-        load_f32(mesh.points, at + 2),
-        load_f32(mesh.points, at + 3),
-    )
-
-
-@device
-def _weighted(mesh, primitive, a, b, c, d):
+def _weighted(mesh, time, primitive, a, b, c, d):
     """The four points of a segment, place and radius, times a … d."""
     first = load_u32(mesh.segments, primitive)
-    p, q, r, s = _point(mesh, first, 0), _point(mesh, first, 1), _point(mesh, first, 2), _point(mesh, first, 3)
+    p, q, r, s = point(mesh, time, first + 0), point(mesh, time, first + 1), point(mesh, time, first + 2), point(mesh, time, first + 3)
     return (
         a * p[0] + b * q[0] + c * r[0] + d * s[0],
         a * p[1] + b * q[1] + c * r[1] + d * s[1],
@@ -59,26 +48,26 @@ def _weighted(mesh, primitive, a, b, c, d):
 
 
 @device
-def catmull_rom(mesh, primitive, u):
+def catmull_rom(mesh, time, primitive, u):
     """Place and radius (x, y, z, r) at u of a segment, in object space."""
     a = 0.5 * u * (-1.0 + u * (2.0 - u))
     b = 0.5 * (2.0 + u * u * (3.0 * u - 5.0))
     c = 0.5 * u * (1.0 + u * (4.0 - 3.0 * u))
     d = 0.5 * u * u * (u - 1.0)
-    return _weighted(mesh, primitive, a, b, c, d)
+    return _weighted(mesh, time, primitive, a, b, c, d)
 
 
 @device
-def _tangent(mesh, primitive, u):
+def _tangent(mesh, time, primitive, u):
     """The derivative of the place by u; where it is zero, the way from the segment's start to its end."""
     a = 0.5 * (-1.0 + u * (4.0 - 3.0 * u))
     b = 0.5 * u * (9.0 * u - 10.0)
     c = 0.5 * (1.0 + u * (8.0 - 9.0 * u))
     d = 0.5 * u * (3.0 * u - 2.0)
-    t = _weighted(mesh, primitive, a, b, c, d)
+    t = _weighted(mesh, time, primitive, a, b, c, d)
     t = (t[0], t[1], t[2])
     if is_black(t):
-        t = _weighted(mesh, primitive, 0.0, -1.0, 1.0, 0.0)
+        t = _weighted(mesh, time, primitive, 0.0, -1.0, 1.0, 0.0)
         t = (t[0], t[1], t[2])
     return t
 
@@ -111,15 +100,15 @@ def ribbon_surface(scene, sp, _a, _b, _c):
     The place is that on Embree's flat pieces between points of the curve.
     """
     scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
-    placed = instance_at(scene.instances, sp.instance)
+    placed = placed_at(scene, sp.instance)
     mesh = mesh_at(scene.meshes, sp.mesh)
     piece = min(math.floor(sp.u * mesh.pieces), mesh.pieces - 1.0)
-    a = catmull_rom(mesh, sp.primitive, piece / mesh.pieces)
-    b = catmull_rom(mesh, sp.primitive, (piece + 1.0) / mesh.pieces)
+    a = catmull_rom(mesh, scene.time, sp.primitive, piece / mesh.pieces)
+    b = catmull_rom(mesh, scene.time, sp.primitive, (piece + 1.0) / mesh.pieces)
     t = sp.u * mesh.pieces - piece
     centre = lerp((a[0], a[1], a[2]), (b[0], b[1], b[2]), t)
     radius = a[3] + (b[3] - a[3]) * t
-    tangent = _tangent(mesh, sp.primitive, sp.u)
+    tangent = _tangent(mesh, scene.time, sp.primitive, sp.u)
     wo = normalize(transform_vector(placed.to_object, vec(sp.wo)))
     along = normalize(tangent)
     side = normalize(cross(along, wo))
@@ -159,8 +148,9 @@ def ribbon_hit(_scene, _ray, _a, _b, _c):
 @entry
 def tube_hit(scene, ray, _a, _b, _c):
     """SHAPE_HIT of tubes: v is the angle of Embree's normal about the curve."""
-    mesh = _hit_mesh(scene_at(scene, 0), ray)
-    axis = normalize(_tangent(mesh, load_u32(ray, 17), load_f32(ray, 15)))
+    scene = scene_at(scene, 0)
+    mesh = _hit_mesh(scene, ray)
+    axis = normalize(_tangent(mesh, scene.time, load_u32(ray, 17), load_f32(ray, 15)))
     _put_angle(ray, axis, load3_f32(ray, 4))
 
 
@@ -169,19 +159,19 @@ def tube_surface(scene, sp, _a, _b, _c):
     """SHAPE_SURFACE of tubes; as in Cycles the normal leads away from the curve, however fast the radius changes."""
     scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
     mesh = mesh_at(scene.meshes, sp.mesh)
-    c = catmull_rom(mesh, sp.primitive, sp.u)
+    c = catmull_rom(mesh, scene.time, sp.primitive, sp.u)
     centre = (c[0], c[1], c[2])
-    tangent = _tangent(mesh, sp.primitive, sp.u)
+    tangent = _tangent(mesh, scene.time, sp.primitive, sp.u)
     n = _direction(normalize(tangent), sp.v)
     terms = largest(centre) + _terms(length(tangent), c[3])
-    _put_strand(instance_at(scene.instances, sp.instance), sp, madd(centre, n, c[3]), terms, n, tangent)
+    _put_strand(placed_at(scene, sp.instance), sp, madd(centre, n, c[3]), terms, n, tangent)
 
 
 @device
-def _cone(mesh, primitive):
+def _cone(mesh, time, primitive):
     """(start, end, their radii) of a cone."""
     first = load_u32(mesh.segments, primitive)
-    a, b = _point(mesh, first, 1), _point(mesh, first, 2)
+    a, b = point(mesh, time, first + 1), point(mesh, time, first + 2)
     return (a[0], a[1], a[2]), (b[0], b[1], b[2]), a[3], b[3]
 
 
@@ -189,8 +179,8 @@ def _cone(mesh, primitive):
 def cone_hit(scene, ray, _a, _b, _c):
     """SHAPE_HIT of cones: u is the place along the axis, beyond [0, 1] on round ends; v the angle about it."""
     scene = scene_at(scene, 0)
-    placed = instance_at(scene.instances, load_u32(ray, 19))
-    start, end, _r0, _r1 = _cone(mesh_at(scene.meshes, placed.mesh), load_u32(ray, 17))
+    placed = placed_at(scene, load_u32(ray, 19))
+    start, end, _r0, _r1 = _cone(mesh_at(scene.meshes, placed.mesh), scene.time, load_u32(ray, 17))
     axis = sub(end, start)
     p = madd(load3_f32(ray, 0), (load_f32(ray, 4), load_f32(ray, 5), load_f32(ray, 6)), load_f32(ray, 8))
     store_f32(ray, 15, dot(sub(transform_point(placed.to_object, p), start), axis) / max(dot(axis, axis), 1e-60))
@@ -204,7 +194,7 @@ def cone_surface(scene, sp, _a, _b, _c):
     With sin β = (r₀ - r₁) / length the cone touches the spheres at rᵢ sin β along the axis from their centres.
     """
     scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
-    start, end, r0, r1 = _cone(mesh_at(scene.meshes, sp.mesh), sp.primitive)
+    start, end, r0, r1 = _cone(mesh_at(scene.meshes, sp.mesh), scene.time, sp.primitive)
     tangent = sub(end, start)
     size = max(length(tangent), 1e-30)
     axis = scale(tangent, 1.0 / size)
@@ -228,20 +218,20 @@ def cone_surface(scene, sp, _a, _b, _c):
     sp.u = place / size
     p = madd(madd(start, axis, place), n, radius)
     terms = max(largest(start), largest(end)) + _terms(size, max(r0, r1))
-    _put_strand(instance_at(scene.instances, sp.instance), sp, p, terms, n, tangent)
+    _put_strand(placed_at(scene, sp.instance), sp, p, terms, n, tangent)
 
 
 @entry
 def curve_centre(scene, sp, mesh, out, _c):
     """SHAPE_CENTRE of ribbons and tubes: the place on the curve at sp of another frame's mesh, float64 [3]."""
-    sp = shading_point_at(sp, 0)
-    c = catmull_rom(mesh_at(scene_at(scene, 0).meshes, mesh), sp.primitive, sp.u)
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    c = catmull_rom(mesh_at(scene.meshes, mesh), scene.time, sp.primitive, sp.u)
     store3_f64(out, 0, (c[0], c[1], c[2]))
 
 
 @entry
 def cone_centre(scene, sp, mesh, out, _c):
     """SHAPE_CENTRE of cones."""
-    sp = shading_point_at(sp, 0)
-    start, end, _r0, _r1 = _cone(mesh_at(scene_at(scene, 0).meshes, mesh), sp.primitive)
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    start, end, _r0, _r1 = _cone(mesh_at(scene.meshes, mesh), scene.time, sp.primitive)
     store3_f64(out, 0, lerp(start, end, sp.u))

@@ -2,14 +2,13 @@
 
 from ..core.jit import device, inlined
 from ..core.memory import call_entry, load_i32, load_i64, load_u8, load_u32, record_address
-from ..core.records import DOMAIN_CORNER, SHAPE_ENTRIES, SHAPE_SURFACE, SHAPE_TRIANGLES, instance_at, mesh_at
+from ..core.records import DOMAIN_CORNER, SHAPE_ENTRIES, SHAPE_SURFACE, SHAPE_TRIANGLES, mesh_at
 from ..core.vec import (
     add,
     cross,
     dot,
     is_black,
     length,
-    load3_f32,
     madd,
     neg,
     normalize,
@@ -21,6 +20,7 @@ from ..core.vec import (
     transform_vector,
     vec,
 )
+from .placed import corners, normal, placed_at
 
 # What single precision (Embree's rays, vertices and matrices) may be wrong by, relative to the largest of the numbers
 # that a position is worked out from: sixteen units of the last place.
@@ -28,12 +28,10 @@ POSITION_ERROR = 16.0 * 2.0**-24
 
 
 @inlined
-def _corner_and_edges(mesh, primitive):
+def _corner_and_edges(mesh, time, primitive):
     """The first corner of a triangle and the edges to the two others, in object space."""
-    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
-    ab = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1)), a)
-    ac = sub(load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2)), a)
-    return a, ab, ac
+    a, b, c = corners(mesh, time, primitive)
+    return a, sub(b, a), sub(c, a)
 
 
 @inlined
@@ -42,7 +40,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
 
     Normals and tangents are turned to the ray's side; the position comes from the primitive, not from the ray.
     """
-    placed = instance_at(scene.instances, instance)
+    placed = placed_at(scene, instance)
     mesh = mesh_at(scene.meshes, placed.mesh)
     sp.instance = instance
     sp.primitive = primitive
@@ -61,7 +59,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
         entry = load_i64(scene.shape_entries, SHAPE_ENTRIES * mesh.shape + SHAPE_SURFACE)
         call_entry(entry, record_address(scene), record_address(sp), 0, 0, 0)
         return
-    a, ab, ac = _corner_and_edges(mesh, primitive)
+    a, ab, ac = _corner_and_edges(mesh, scene.time, primitive)
     p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
     ab_world = transform_vector(placed.to_world, ab)
     ac_world = transform_vector(placed.to_world, ac)
@@ -71,7 +69,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     ng = normalize(transform_normal(placed.to_object, flat))
     if is_black(ng):  # a triangle without area
         ng = wo
-    n = normalize(transform_normal(placed.to_object, object_normal(mesh, primitive, u, v)))
+    n = normalize(transform_normal(placed.to_object, object_normal(mesh, scene.time, primitive, u, v)))
     if is_black(n):
         n = ng
 
@@ -100,9 +98,9 @@ def triangle_point(scene, instance, primitive, u, v):
 @device
 def triangle_place(scene, instance, primitive, u, v):
     """(place of barycentrics (u, v) of a triangle, normal by the mesh's winding, twice the area), in the world."""
-    placed = instance_at(scene.instances, instance)
+    placed = placed_at(scene, instance)
     mesh = mesh_at(scene.meshes, placed.mesh)
-    a, ab, ac = _corner_and_edges(mesh, primitive)
+    a, ab, ac = _corner_and_edges(mesh, scene.time, primitive)
     p = transform_point(placed.to_world, madd(madd(a, ab, u), ac, v))
     area = length(cross(transform_vector(placed.to_world, ab), transform_vector(placed.to_world, ac)))
     return p, normalize(transform_normal(placed.to_object, cross(ab, ac))), area
@@ -111,23 +109,23 @@ def triangle_place(scene, instance, primitive, u, v):
 @device
 def hit_normal(scene, instance, primitive, u, v, d):
     """The shading normal (unit) where a ray along d hit a triangle, on the ray's side."""
-    placed = instance_at(scene.instances, instance)
+    placed = placed_at(scene, instance)
     mesh = mesh_at(scene.meshes, placed.mesh)
-    _, ab, ac = _corner_and_edges(mesh, primitive)
+    _, ab, ac = _corner_and_edges(mesh, scene.time, primitive)
     ng = normalize(transform_normal(placed.to_object, cross(ab, ac)))
-    n = normalize(transform_normal(placed.to_object, object_normal(mesh, primitive, u, v)))
+    n = normalize(transform_normal(placed.to_object, object_normal(mesh, scene.time, primitive, u, v)))
     n = ng if is_black(n) else n
     return neg(n) if dot(ng, d) > 0.0 else n
 
 
 @inlined
-def object_normal(mesh, primitive, u, v):
+def object_normal(mesh, time, primitive, u, v):
     """The interpolated normal of a smooth triangle in object space, not normalised; zero for a flat one."""
     if not is_smooth(mesh, primitive):
         return (0.0, 0.0, 0.0)
-    a = _corner_normal(mesh, primitive, 0)
-    b = _corner_normal(mesh, primitive, 1)
-    c = _corner_normal(mesh, primitive, 2)
+    a = _corner_normal(mesh, time, primitive, 0)
+    b = _corner_normal(mesh, time, primitive, 1)
+    c = _corner_normal(mesh, time, primitive, 2)
     return add(scale(a, 1.0 - u - v), add(scale(b, u), scale(c, v)))
 
 
@@ -138,9 +136,9 @@ def is_smooth(mesh, primitive):
 
 
 @device
-def _corner_normal(mesh, primitive, corner):
+def _corner_normal(mesh, time, primitive, corner):
     table = mesh.corners if mesh.normals_domain == DOMAIN_CORNER else mesh.triangles
-    return load3_f32(mesh.normals, load_u32(table, 3 * primitive + corner))
+    return normal(mesh, time, load_u32(table, 3 * primitive + corner))
 
 
 @inlined
@@ -180,7 +178,7 @@ def shadow_origin(scene, sp, wi):
 
     As in Cycles, the lift sets in where wi's cosines with the normals fall below the instance's `terminator`.
     """
-    placed = instance_at(scene.instances, sp.instance)
+    placed = placed_at(scene, sp.instance)
     limit = placed.terminator
     cos_n = dot(vec(sp.n), wi)
     side = 1.0 if cos_n >= 0.0 else -1.0
@@ -195,11 +193,11 @@ def shadow_origin(scene, sp, wi):
     amount = 2.0 - (cos_g + cos_n) / limit if cos_n < limit else 1.0 - cos_g / limit
     if amount <= 0.0:
         return o
-    return madd(o, _lift(placed, mesh, sp, scale(vec(sp.ng), side)), min(amount, 1.0))
+    return madd(o, _lift(placed, mesh, scene.time, sp, scale(vec(sp.ng), side)), min(amount, 1.0))
 
 
 @device
-def _lift(placed, mesh, sp, ng):
+def _lift(placed, mesh, time, sp, ng):
     """From the point on a smooth triangle to the curved surface on the side of ng, about along the shading normal.
 
     The height is that of a paraboloid with the normals of the corners, halved, but not below the lowest of the corners'
@@ -208,9 +206,9 @@ def _lift(placed, mesh, sp, ng):
     u = sp.u
     v = sp.v
     w = 1.0 - u - v
-    a = _world_normal(placed, mesh, sp.primitive, 0)
-    b = _world_normal(placed, mesh, sp.primitive, 1)
-    c = _world_normal(placed, mesh, sp.primitive, 2)
+    a = _world_normal(placed, mesh, time, sp.primitive, 0)
+    b = _world_normal(placed, mesh, time, sp.primitive, 1)
+    c = _world_normal(placed, mesh, time, sp.primitive, 2)
     n = add(scale(a, w), add(scale(b, u), scale(c, v)))
     if dot(n, ng) <= 0.0:
         a, b, c, n = neg(a), neg(b), neg(c), neg(n)
@@ -227,5 +225,5 @@ def _lift(placed, mesh, sp, ng):
 
 
 @device
-def _world_normal(placed, mesh, primitive, corner):
-    return normalize(transform_normal(placed.to_object, _corner_normal(mesh, primitive, corner)))
+def _world_normal(placed, mesh, time, primitive, corner):
+    return normalize(transform_normal(placed.to_object, _corner_normal(mesh, time, primitive, corner)))

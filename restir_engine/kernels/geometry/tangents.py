@@ -65,7 +65,7 @@ def _corner_tangents(mesh, uv, work, triangle):
         along = scale(along, -1.0 if area < 0.0 else 0.0)
     flat = cross(sub(b, a), sub(c, a))
     for k in range(3):
-        normal = object_normal(mesh, triangle, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
+        normal = object_normal(mesh, 0.5, triangle, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
         if is_black(normal):
             normal = flat
         normal = normalize(normal)

@@ -214,7 +214,11 @@ def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, group, lane):
     e.v = y
     e.pdf = emitter.probability * load_f32(triangles.probabilities, primitive)
     p = madd(madd(a, sub(b, a), x), sub(c, a), y)
-    put_face(group, lane, p, n, 1.0)
+    moves = emitter.reach > 0.0
+    if moves:  # it may face any way when a path asks
+        put_ball(group, lane, p, emitter.reach)
+    else:
+        put_face(group, lane, p, n, 1.0)
     placed = instance_at(scene.instances, emitter.instance)
     index = primitive_material(scene, placed, mesh_at(scene.meshes, placed.mesh), primitive)
     material = material_at(scene.materials, index)
@@ -227,7 +231,7 @@ def _draw_triangle(scene, table, sp, scratch, u, u0, u1, e, group, lane):
         point = shadow_point(scratch, sp)
         surface_point(scene, point, emitter.instance, primitive, x, y, 1.0, normalize(aside))
         estimate = _at_least(scale(add(front, run_emission(scene, point)), 0.5), estimate)
-    else:
+    elif not moves:
         e.size = size
         put(e.p, p)
     put_power(group, lane, scale(estimate, 0.5 * size))

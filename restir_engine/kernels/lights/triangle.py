@@ -6,7 +6,7 @@ Where emission varies over a triangle, the point is one of a cell of it, chosen 
 import math
 
 from ..core.jit import device, inlined
-from ..core.memory import load_f32, load_i32, load_u32
+from ..core.memory import load_f32, load_i32
 from ..core.records import (
     LIGHT_SAMPLE_DELTA,
     MATERIAL_VARYING_EMISSION,
@@ -18,7 +18,8 @@ from ..core.records import (
     material_at,
     mesh_at,
 )
-from ..core.vec import add, cross, dot, length, load3_f32, madd, normalize, put, scale, sub, transform_point, vec
+from ..core.vec import add, cross, dot, length, madd, normalize, put, scale, sub, transform_point, vec
+from ..geometry.placed import corners, placed_at
 from ..geometry.surface import primitive_material, surface_point
 from .cells import cell, cell_at, cell_of_triangle
 from .emission import run_emission, shadow_point
@@ -39,12 +40,9 @@ _TINY = 1e-7
 @device
 def triangle_vertices(scene, instance, primitive):
     """The corners of a triangle in world space."""
-    record = instance_at(scene.instances, instance)
-    mesh = mesh_at(scene.meshes, record.mesh)
-    a = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive))
-    b = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 1))
-    c = load3_f32(mesh.vertices, load_u32(mesh.triangles, 3 * primitive + 2))
-    m = record.to_world
+    placed = placed_at(scene, instance)
+    a, b, c = corners(mesh_at(scene.meshes, placed.mesh), scene.time, primitive)
+    m = placed.to_world
     return transform_point(m, a), transform_point(m, b), transform_point(m, c)
 
 

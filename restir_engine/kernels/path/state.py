@@ -21,11 +21,13 @@ from ..core.records import (
     RAY_TRANSPARENT,
     SCRATCH_PATH,
     path_at,
+    shutter_at,
 )
 from ..core.vec import is_black, max3, mul, put, vec
 from ..geometry.camera import camera_ray
 from ..lights.linking import SEES_ALL
 from ..lobes.closure import LABEL_DIFFUSE, LABEL_GLOSSY, LABEL_REFLECT, LABEL_SINGULAR
+from .shutter import set_time, shutter_time
 
 FAR = 1.0e30
 
@@ -42,7 +44,7 @@ LAST, LAST_BEFORE_SURFACE = 1, 2
 ENDS, GOES_ON, ARRIVES, SHADES, LIT, ENTERS = 0, 1, 2, 3, 4, 5
 
 # Random dimensions: those of the camera, then DIMENSIONS for each vertex of the path.
-DIM_FILTER, DIM_LENS, DIM_FIRST_VERTEX = 0, 1, 4
+DIM_FILTER, DIM_LENS, DIM_TIME, DIM_FIRST_VERTEX = 0, 1, 2, 4
 DIM_LIGHT, DIM_LIGHT_POINT, DIM_LOBE, DIM_DIRECTION, DIM_ROULETTE, DIMENSIONS = 0, 1, 2, 3, 4, 5
 
 
@@ -56,8 +58,8 @@ def filter_offset(table, u):
 
 
 @inlined
-def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
-    """Reset the PATH record to a camera ray through pixel (x, y)."""
+def start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
+    """Reset the PATH record to a camera ray through pixel (x, y); scene and camera, the tile's own, go to its time."""
     path = path_at(scratch + SCRATCH_PATH, 0)
     path.pixel = pixel
     path.key = key
@@ -86,6 +88,10 @@ def start_path(camera, integrator, scratch, pixel, key, sample, x, y):
     path.scattering = 0
     path.mis_pdf = 0.0
     path.min_pdf = FAR
+    path.time = 0.5
+    if scene.shutter != 0:
+        path.time = shutter_time(shutter_at(scene.shutter, 0), camera, rng.sample1(key, sample, DIM_TIME), y)
+        set_time(scene, camera, path.time)
     u, v = rng.sample2(key, sample, DIM_FILTER)
     lens_u, lens_v = 0.0, 0.0
     if camera.aperture > 0.0:
@@ -137,6 +143,7 @@ def inherit(sp, path, t):
     sp.transparent_depth = path.transparent_bounce
     sp.light = -1
     sp.receiver_set = path.receiver_set
+    sp.time = path.time
     put(sp.receiver, vec(path.receiver))
     put(sp.light_shares, vec(path.light_shares))
     sp.dp = path.dp + t * path.dd

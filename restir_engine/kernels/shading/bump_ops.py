@@ -2,7 +2,7 @@
 
 from ..core.jit import device, entry
 from ..core.memory import load_i32
-from ..core.records import instance_at, mesh_at, scene_at, shading_point_at
+from ..core.records import mesh_at, scene_at, shading_point_at
 from ..core.vec import (
     add,
     cross,
@@ -20,6 +20,7 @@ from ..core.vec import (
     vec,
 )
 from ..geometry.attributes import attribute
+from ..geometry.placed import placed_at
 from ..geometry.surface import object_normal
 from . import opcodes as ops
 from .input_ops import normal_operand, radial_tangent, tangent_along
@@ -55,17 +56,17 @@ def _map_color(space, c):
 
 
 @device
-def _unit_normals(mesh, primitive, u, v):
+def _unit_normals(mesh, time, primitive, u, v):
     """The blend of a smooth triangle's normals, each of unit length in object space; zero for a flat triangle.
 
     A mesh may hold normals of other lengths, see scene.mesh.with_normals_for; the length of the blend tells how far a
     normal map bends it.
     """
-    if is_black(object_normal(mesh, primitive, u, v)):
+    if is_black(object_normal(mesh, time, primitive, u, v)):
         return (0.0, 0.0, 0.0)
-    a = normalize(object_normal(mesh, primitive, 0.0, 0.0))
-    b = normalize(object_normal(mesh, primitive, 1.0, 0.0))
-    c = normalize(object_normal(mesh, primitive, 0.0, 1.0))
+    a = normalize(object_normal(mesh, time, primitive, 0.0, 0.0))
+    b = normalize(object_normal(mesh, time, primitive, 1.0, 0.0))
+    c = normalize(object_normal(mesh, time, primitive, 0.0, 1.0))
     return add(scale(a, 1.0 - u - v), add(scale(b, u), scale(c, v)))
 
 
@@ -78,8 +79,8 @@ def _tangent_space(scene, sp, name, c, strength, unit):
     found, x, y, z, sign = attribute(scene, sp, name, 0.0, 0.0)
     if not found:
         return vec(sp.n)
-    instance = instance_at(scene.instances, sp.instance)
-    n = _unit_normals(mesh_at(scene.meshes, sp.mesh), sp.primitive, sp.u, sp.v)
+    instance = placed_at(scene, sp.instance)
+    n = _unit_normals(mesh_at(scene.meshes, sp.mesh), scene.time, sp.primitive, sp.u, sp.v)
     if is_black(n):  # flat: the geometric normal before it was turned to the ray's side
         n = normalize(transform_normal(instance.to_world, neg(vec(sp.ng)) if sp.backfacing else vec(sp.ng)))
     elif unit:
@@ -103,7 +104,7 @@ def _normal_map(scene, sp, registers, code, at):
         n = _tangent_space(scene, sp, load_i32(code, at + 2), c, strength, load_i32(code, at + 5) != 0)
         return vec(sp.n) if is_black(n) else n
     if (space == 1 or space == 3) and sp.instance >= 0:
-        c = transform_normal(instance_at(scene.instances, sp.instance).to_object, c)
+        c = transform_normal(placed_at(scene, sp.instance).to_object, c)
     n = normalize(c)
     if sp.backfacing:
         n = neg(n)
@@ -119,7 +120,7 @@ def _uv_tangent(scene, sp, name):
     found, x, y, z, _ = attribute(scene, sp, name, 0.0, 0.0)
     if not found:
         return (0.0, 0.0, 0.0)
-    instance = instance_at(scene.instances, sp.instance)
+    instance = placed_at(scene, sp.instance)
     return tangent_along(sp, transform_normal(instance.to_object, (x, y, z)))
 
 
@@ -129,7 +130,7 @@ def _displacement(scene, sp, registers, code, at):
     amount = (number(registers, code, at + 2) - number(registers, code, at + 3)) * number(registers, code, at + 4)
     if load_i32(code, at + 1) == 0 or sp.instance < 0:
         return scale(n, amount)
-    instance = instance_at(scene.instances, sp.instance)
+    instance = placed_at(scene, sp.instance)
     local = normalize(transform_normal(instance.to_world, n))
     return transform_vector(instance.to_world, scale(local, amount))
 
@@ -140,7 +141,7 @@ def _vector_displacement(scene, sp, registers, code, at):
     d = scale(sub(triple(registers, code, at + 3), (middle, middle, middle)), number(registers, code, at + 5))
     if space == 2 or sp.instance < 0:
         return d
-    instance = instance_at(scene.instances, sp.instance)
+    instance = placed_at(scene, sp.instance)
     if space == 0:
         n = normalize(transform_normal(instance.to_world, vec(sp.n)))
         found, x, y, z, sign = attribute(scene, sp, load_i32(code, at + 2), 0.0, 0.0)

@@ -18,7 +18,6 @@ from ..core.records import (
     RAY_TRANSMIT,
     RAY_VOLUME,
     camera_at,
-    instance_at,
     light_at,
     material_at,
     mesh_at,
@@ -42,6 +41,7 @@ from ..core.vec import (
 )
 from ..geometry.attributes import generated, mesh_components
 from ..geometry.panorama import panorama_place
+from ..geometry.placed import placed_at
 from ..geometry.surface import object_normal
 from . import opcodes as ops
 from .math_ops import clamp, divide
@@ -69,7 +69,7 @@ def radial_tangent(scene, sp, axis):
         around = (0.0, -z, y)
     elif axis == 1:
         around = (-z, 0.0, x)
-    instance = instance_at(scene.instances, sp.instance)
+    instance = placed_at(scene, sp.instance)
     return tangent_along(sp, transform_normal(instance.to_object, around))
 
 
@@ -104,10 +104,10 @@ def _window(scene, sp, p):
 
 @device
 def _object_normal(scene, sp, offset, width):
-    instance = instance_at(scene.instances, sp.instance)
+    instance = placed_at(scene, sp.instance)
     if offset > 0:
         du, dv = barycentric_shift(sp, offset, width)
-        n = object_normal(mesh_at(scene.meshes, sp.mesh), sp.primitive, sp.u + du, sp.v + dv)
+        n = object_normal(mesh_at(scene.meshes, sp.mesh), scene.time, sp.primitive, sp.u + du, sp.v + dv)
         if not is_black(n):
             n = normalize(n)
             return (-n[0], -n[1], -n[2]) if sp.backfacing else n
@@ -125,7 +125,7 @@ def _placed(scene, sp, what, offset, width):
                 return normalize(transform_normal(light_at(scene.lights, sp.light).to_world, vec(sp.n)))
             return vec(sp.n)
         return vec(sp.p) if what != ops.POINT_TANGENT else (0.0, 0.0, 0.0)
-    instance = instance_at(scene.instances, sp.instance)
+    instance = placed_at(scene, sp.instance)
     if what == ops.POINT_OBJECT:
         return transform_point(instance.to_object, shifted_position(sp, offset, width))
     if what == ops.POINT_GENERATED:
@@ -176,7 +176,7 @@ def _object_info(scene, sp, registers, out):
         store_f64(registers, out + 7, float(light.object_index))
     if sp.instance < 0:
         return
-    instance = instance_at(scene.instances, sp.instance)
+    instance = placed_at(scene, sp.instance)
     store3_f64(registers, out, vec(instance.location))
     for k in range(4):
         store_f64(registers, out + 3 + k, instance.color[k])
@@ -290,7 +290,7 @@ def _by_owner(kind, owner, back, v):
 def _by_object(scene, sp, kind, back, v):
     """v between the space of what is at sp and the world; the world's own space is that of the world's background."""
     if sp.instance >= 0:
-        return _by_owner(kind, instance_at(scene.instances, sp.instance), back, v)
+        return _by_owner(kind, placed_at(scene, sp.instance), back, v)
     return _by_owner(kind, light_at(scene.lights, sp.light), back, v) if sp.light >= 0 else v
 
 

@@ -13,7 +13,7 @@ import math
 from ..core.fastmath import circle
 from ..core.jit import device, entry, inlined
 from ..core.memory import load_f32, load_f64, load_i64, load_u32, store_f64, store_i64, store_u32
-from ..core.records import SCRATCH_RAY, instance_at, shared_area
+from ..core.records import SCRATCH_RAY, shared_area
 from ..core.vec import (
     cross,
     dot,
@@ -32,6 +32,7 @@ from ..core.vec import (
 )
 from ..geometry.intersect import rtc_intersect1
 from ..geometry.local import local_ray
+from ..geometry.placed import placed_at
 from .profile import F_REACH, REACH, profile, profile_radius
 
 # Probabilities of lines through the point below x, towards where they should meet its plane and of any direction, of
@@ -236,7 +237,7 @@ def probe(scene, scratch, note, instance, x, n, side, z, w, d, u_line, u_channel
         o = madd(madd(madd(x, right, r * cosine), up, r * sine), axis, half)
     found = all_hits(scene, scratch, note, instance, o, neg(axis), 2.0 * half)
     kept = min(found, MAX_HITS)
-    to_object = instance_at(scene.instances, instance).to_object
+    to_object = placed_at(scene, instance).to_object
     for i in range(kept):
         hit = scratch + HITS + 8 * HIT * i
         p = madd(o, axis, -load_f64(hit, H_T))

@@ -18,10 +18,11 @@ from ..core import rng
 from ..core.fastmath import exp, log
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import load_i64
-from ..core.records import SCRATCH_RAY, closure_at, instance_at, integrator_at, mesh_at, path_in, point_in, scene_at
+from ..core.records import SCRATCH_RAY, closure_at, integrator_at, mesh_at, path_in, point_in, scene_at
 from ..core.vec import dot, madd, max3, mul, put, scale, transform_point, transform_vector, vec
 from ..film.contribute import first_scattering
 from ..geometry.local import hit_barycentrics, hit_distance, trace
+from ..geometry.placed import placed_at
 from ..lobes.closure import P_ALBEDO, P_ANISOTROPY, P_COLOR, P_SIGMA_T
 from ..path.state import ENDS, FAR, SHADES, next_after
 from .dwivedi import backward_fraction, diffusion_length, dwivedi_cosine, dwivedi_norm, dwivedi_pdf
@@ -205,23 +206,23 @@ def _isotropic(throughput, medium):
 
 
 @device
-def _first_hit(structure, ray, o, d, tmax, start):
+def _first_hit(structure, time, ray, o, d, tmax, start):
     """The primitive that a ray from the triangle `start` meets first, not counting that triangle; -1: none."""
-    primitive = trace(structure, ray, o, d, 0.0, tmax)
+    primitive = trace(structure, time, ray, o, d, 0.0, tmax)
     if primitive == start:
-        primitive = trace(structure, ray, o, d, next_after(hit_distance(ray)), tmax)
+        primitive = trace(structure, time, ray, o, d, next_after(hit_distance(ray)), tmax)
     return -1 if primitive == start else primitive
 
 
 @inlined
-def _first_segment(structure, ray, path, sp, o, d, d_object, throughput, medium, thinnest):
+def _first_segment(structure, time, ray, path, sp, o, d, d_object, throughput, medium, thinnest):
     """(primitive that is hit or -1, length, thickness) of the segment from `sp` along d.
 
     The thickness is the object's along -n, in mean free paths of the extinction `thinnest`; -1: not known.
     """
     u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
     t = _length(throughput, medium, 1.0, u0, u1)
-    primitive = _first_hit(structure, ray, o, d_object, max(t, OPPOSITE / thinnest), sp.primitive)
+    primitive = _first_hit(structure, time, ray, o, d_object, max(t, OPPOSITE / thinnest), sp.primitive)
     if primitive < 0:
         return -1, t, -1.0
     distance = hit_distance(ray)
@@ -286,8 +287,8 @@ def walk(scene, scratch, sp, path, d, segments, exact):
     in the scratch's RTCRayHit.
     """
     c = closure_at(sp.closures, sp.scatterer)
-    placed = instance_at(scene.instances, sp.instance)
-    structure, ray = mesh_at(scene.meshes, placed.mesh).embree, scratch + SCRATCH_RAY
+    placed = placed_at(scene, sp.instance)
+    structure, time, ray = mesh_at(scene.meshes, placed.mesh).embree, scene.time, scratch + SCRATCH_RAY
     throughput, sigma_t, alpha = _channels(c, vec(path.throughput), 0.0 if exact else MIN_ALBEDO)
     if structure == 0 or not max3(throughput) > 0.0:
         return -1, d, throughput, 0
@@ -296,7 +297,9 @@ def walk(scene, scratch, sp, path, d, segments, exact):
     thinnest = _smallest(throughput, sigma_t)
     dim = DIM * max3(mul(throughput, alpha))
     n, o, d_object = vec(sp.n), transform_point(placed.to_object, vec(sp.p)), transform_vector(placed.to_object, d)
-    primitive, t, thickness = _first_segment(structure, ray, path, sp, o, d, d_object, throughput, medium, thinnest)
+    primitive, t, thickness = _first_segment(
+        structure, time, ray, path, sp, o, d, d_object, throughput, medium, thinnest
+    )
     throughput = _straight(throughput, medium, t, primitive >= 0)
     if primitive >= 0:
         return primitive, d, throughput, 0
@@ -319,7 +322,7 @@ def walk(scene, scratch, sp, path, d, segments, exact):
         d, stretch, k, forward, backward = _direction(n, d, medium, share, u[2], u[3], u[4])
         d_object = transform_vector(placed.to_object, d)
         t = _length(throughput, medium, stretch, u[0], u[1])
-        primitive = trace(structure, ray, o, d_object, 0.0, t)
+        primitive = trace(structure, time, ray, o, d_object, 0.0, t)
         if primitive >= 0:
             t = min(hit_distance(ray), t)
         throughput = _segment_weight(throughput, medium, t, primitive >= 0, k, forward, backward)

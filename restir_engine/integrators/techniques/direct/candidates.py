@@ -18,7 +18,7 @@ without V asks for no V of what is not kept: then all are one group.
 
 from ....kernels.core import rng
 from ....kernels.core.jit import inlined, kernel
-from ....kernels.core.records import INTEGRATOR, SCENE, SCRATCH_LIGHT_SAMPLE, light_sample_at, path_at
+from ....kernels.core.records import INTEGRATOR, SCENE, SCRATCH_LIGHT_SAMPLE, light_sample_at, path_at, tile_scene
 from ....kernels.core.vec import add, scale, store3_f32, vec
 from ....kernels.lights import light_sample, point_of_sample
 from ....kernels.lights.mean_visibility import FIRST, mean_visibility
@@ -80,10 +80,12 @@ def candidates_tile(scene: SCENE, integrator: INTEGRATOR, reuse, layers, frame: 
 
     last: 0 where reuse follows; LAST, LAST_OF_FRAME: none does, so that frame.light is what lights.
     """
+    scene = tile_scene(scene, scratch, 0)
     for y in range(y0, y1):
         for x in range(x0, x1):
             pixel = y * frame.width + x
             sp = point_at(frame, pixel)
+            scene.time = sp.time
             hit_at(frame.hits, pixel).instance = UNTRACED
             store3_f32(frame.control_variates, pixel, (0.0, 0.0, 0.0))
             path = path_at(frame.paths, pixel)

@@ -12,7 +12,6 @@ from ....kernels.core.records import (
     integrator_at,
     light_sample_at,
     path_at,
-    scene_at,
 )
 from ....kernels.core.vec import is_black, load3_f32, vec
 from ....kernels.lights import light_point
@@ -21,7 +20,7 @@ from ....kernels.path.direct import control_variate_class, lit_bsdf
 from ....kernels.path.shadow import light_visibility
 from ....kernels.volume.calls import media_around
 from ...resampling.frame import frame_at
-from ...resampling.inputs import point_at
+from ...resampling.inputs import point_at, scene_of
 from ...resampling.options import TARGET, reuse_at
 from ...resampling.technique import domain_at, shifted_at, store_f
 from .sample import direct_reservoir_at, keep
@@ -71,16 +70,14 @@ def _integrand_at(domain, shifted):
     d = domain_at(domain, 0)
     r = direct_reservoir_at(shifted, 0)
     sp = point_at(frame_at(d.frame, 0), d.pixel)
-    return light_integrand(scene_at(d.scene, 0), sp, d.scratch, int(r.source), int(r.primitive), float(r.u), float(r.v))
+    return light_integrand(scene_of(d), sp, d.scratch, int(r.source), int(r.primitive), float(r.u), float(r.v))
 
 
 @inlined
 def _trace(domain):
     """V between the domain's vertex and the LIGHT_SAMPLE in its scratch."""
     d = domain_at(domain, 0)
-    return transmittance_to_light(
-        scene_at(d.scene, 0), integrator_at(d.integrator, 0), frame_at(d.frame, 0), d.scratch, d.pixel
-    )
+    return transmittance_to_light(scene_of(d), integrator_at(d.integrator, 0), frame_at(d.frame, 0), d.scratch, d.pixel)
 
 
 @entry

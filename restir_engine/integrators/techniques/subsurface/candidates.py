@@ -21,6 +21,7 @@ from ....kernels.core.records import (
     light_sample_in,
     path_at,
     path_in,
+    tile_scene,
 )
 from ....kernels.core.vec import is_black, load3_f64, mul, put, scale, store3_f64, sub, vec
 from ....kernels.lights import light_is_sampled, light_sample, point_of_sample
@@ -251,9 +252,11 @@ def subsurface_candidates_tile(
     medium, burley: code of kernels.subsurface.methods.EXITS for media and for materials that ask for BURLEY, 0: they
     are not served. last: whether no reuse follows, so that frame.light is what lights.
     """
+    scene = tile_scene(scene, scratch, 0)
     for y in range(y0, y1):
         for x in range(x0, x1):
             pixel = y * frame.width + x
+            scene.time = point_at(frame, pixel).time
             r = reservoir_at(frame.reservoirs, pixel)
             clear(r, 0.0)
             r.technique = SUBSURFACE

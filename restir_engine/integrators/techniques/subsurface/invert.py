@@ -9,7 +9,7 @@ import math
 
 from ....kernels.core import rng
 from ....kernels.core.jit import device, entry, inlined
-from ....kernels.core.records import integrator_at, scene_at
+from ....kernels.core.records import integrator_at
 from ....kernels.core.vec import dot, length, load3_f64, madd, scale, sub, vec
 from ....kernels.subsurface.bssrdf import bssrdf_at, channel_shares, probe_bssrdf
 from ....kernels.subsurface.exits import exit_at
@@ -25,6 +25,7 @@ from ....kernels.subsurface.probe import (
 )
 from ....kernels.subsurface.profile import F_REACH, REACH, profile, profile_cdf
 from ...resampling.frame import frame_at
+from ...resampling.inputs import scene_of
 from ...resampling.options import reuse_at
 from ...resampling.technique import SHIFTED_BYTES, domain_at
 from .sample import UNKNOWN_HIT, found_by, point_of, sample_at, set_found_by
@@ -151,7 +152,7 @@ def _hit_at(scene, table, scratch, b, offset, x, line, channel):
 @inlined
 def _redraw(domain, shifted, chosen, look):
     d = domain_at(domain, 0)
-    scene = scene_at(d.scene, 0)
+    scene = scene_of(d)
     b = bssrdf_at(point_of(frame_at(d.frame, 0), d.pixel), 0)
     r = sample_at(shifted + SHIFTED_BYTES * chosen, 0)
     x, n = place_of(scene, r)

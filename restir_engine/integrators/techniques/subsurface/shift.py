@@ -15,13 +15,14 @@ x₃ has the Jacobian 1 in all of them, as its coordinates do not depend on who 
 from ....kernels.core import rng
 from ....kernels.core.jit import device, entry, inlined
 from ....kernels.core.memory import load_f64
-from ....kernels.core.records import POINT_ON_LAMP, POINT_ON_WORLD, integrator_at, path_at, scene_at
+from ....kernels.core.records import POINT_ON_LAMP, POINT_ON_WORLD, integrator_at, path_at
 from ....kernels.core.vec import dot, length, load3_f64, sub, vec
 from ....kernels.geometry.surface import triangle_place
 from ....kernels.subsurface.bssrdf import NONE, bssrdf_at, channel_shares, diffused_pdf, probe_bssrdf
 from ....kernels.subsurface.exits import exit_at
 from ....kernels.subsurface.probe import H_NORMAL, H_PDF, H_POINT, H_PRIMITIVE, H_U, H_V
 from ...resampling.frame import frame_at
+from ...resampling.inputs import scene_of
 from ...resampling.motion import look_up, motion_at
 from ...resampling.technique import NOW, domain_at, shifted_at
 from .invert import numbers_of, numbers_of_choice
@@ -41,6 +42,8 @@ def _renamed(a, b, index, before, after):
 @device
 def _follow(a, b, r, keeps_exit):
     """Name what a sample consists of as b's frame does; False where it is not there. keeps_exit: x₂ stays."""
+    if scene_of(b).shutter != 0:  # x₂ and x₃ are elsewhere at another time
+        r.flags |= NEEDS_LIGHT
     if a.when == b.when:
         return True
     motion = motion_at(a.motion, 0)
@@ -80,11 +83,11 @@ def _reconnect(a, b, r):
     p, q = path_at(frame_at(a.frame, 0).paths, a.pixel), path_at(frame_at(b.frame, 0).paths, b.pixel)
     if p.bounce != q.bounce or p.flags != q.flags:
         r.flags |= NEEDS_LIGHT
-    if a.when == b.when:
+    if a.when == b.when and scene_of(a).shutter == 0:
         return 1.0
     primitive = int(r.primitive)
-    _, _, area = triangle_place(scene_at(a.scene, 0), before, primitive, 0.0, 0.0)
-    _, _, stretched = triangle_place(scene_at(b.scene, 0), bssrdf.instance, primitive, 0.0, 0.0)
+    _, _, area = triangle_place(scene_of(a), before, primitive, 0.0, 0.0)
+    _, _, stretched = triangle_place(scene_of(b), bssrdf.instance, primitive, 0.0, 0.0)
     return stretched / area if area > 0.0 else 0.0
 
 
@@ -103,7 +106,7 @@ def _replay(a, b, r, offset, n, guess):
         return 0.0
     u_radius, u_angle = numbers_of(s, offset, line, channel)
     u_line, u_channel = numbers_of_choice(t, line, channel)
-    scene, integrator = scene_at(b.scene, 0), integrator_at(b.integrator, 0)
+    scene, integrator = scene_of(b), integrator_at(b.integrator, 0)
     kept = probe_bssrdf(scene, integrator.scatter, b.scratch, t, u_line, u_channel, u_radius, u_angle)
     if index == UNKNOWN_HIT:
         index = int(guess * kept)
@@ -138,7 +141,7 @@ def reconnect(start, to, reservoir, shifted, unused):
 def replay(start, to, reservoir, shifted, unused):
     """T(x) that keeps the probe's numbers (see resampling.technique)."""
     a, b, r = domain_at(start, 0), domain_at(to, 0), sample_at(shifted, 0)
-    x, n = place_of(scene_at(a.scene, 0), r)
+    x, n = place_of(scene_of(a), r)
     shifted_at(shifted, 0).jacobian = _replay(a, b, r, sub(x, vec(_bssrdf(a).p)), n, -1.0)
 
 
@@ -146,7 +149,7 @@ def replay(start, to, reservoir, shifted, unused):
 def replay_any_hit(start, to, reservoir, shifted, unused):
     """The same where any of the probe's hits is taken for y₂: biased (see resampling.technique)."""
     a, b, r = domain_at(start, 0), domain_at(to, 0), sample_at(shifted, 0)
-    x, n = place_of(scene_at(a.scene, 0), r)
+    x, n = place_of(scene_of(a), r)
     guess = rng.sample1(rng.hash_combine(r.seed, b.pixel), 0, 0)
     shifted_at(shifted, 0).jacobian = _replay(a, b, r, sub(x, vec(_bssrdf(a).p)), n, guess)
 
@@ -156,12 +159,12 @@ def hybrid(start, to, reservoir, shifted, unused):
     """T(x) that keeps x₂ or the probe's numbers, by what x₁ and x₂ are (see resampling.technique)."""
     a, b, r = domain_at(start, 0), domain_at(to, 0), sample_at(shifted, 0)
     s, t = _bssrdf(a), _bssrdf(b)
-    x, n = place_of(scene_at(a.scene, 0), r)
+    x, n = place_of(scene_of(a), r)
     offset = sub(x, vec(s.p))
     if _connectable(s, offset, n):
         jacobian = _reconnect(a, b, r)
         if jacobian > 0.0:
-            x, n = place_of(scene_at(b.scene, 0), r)
+            x, n = place_of(scene_of(b), r)
             if not _connectable(t, sub(x, vec(t.p)), n):
                 jacobian = 0.0
     else:

@@ -17,7 +17,6 @@ from ....kernels.core.records import (
     integrator_at,
     light_sample_in,
     path_at,
-    scene_at,
     tile_point,
 )
 from ....kernels.core.vec import is_black, length, mul, put, scale, sub, vec
@@ -30,7 +29,7 @@ from ....kernels.subsurface.bssrdf import bssrdf_at, diffused
 from ....kernels.subsurface.exit import leave
 from ....kernels.volume.calls import media_around
 from ...resampling.frame import frame_at
-from ...resampling.inputs import point_at
+from ...resampling.inputs import point_at, scene_of
 from ...resampling.options import reuse_at
 from ...resampling.technique import domain_at, shifted_at, store_f
 from .sample import NEEDS_LIGHT, TURNED, point_of, sample_at
@@ -103,7 +102,7 @@ def visibility(scene, integrator, frame, scratch, pixel):
 def light_sample_again(domain, r, x, n):
     """Set E of a reservoir's sample in a domain, by a shadow ray; (x, n): x₂ and its outward normal."""
     d = domain_at(domain, 0)
-    scene, integrator, frame = scene_at(d.scene, 0), integrator_at(d.integrator, 0), frame_at(d.frame, 0)
+    scene, integrator, frame = scene_of(d), integrator_at(d.integrator, 0), frame_at(d.frame, 0)
     sp = copy_point(frame, d.scratch, d.pixel)
     sp.instance = int(r.instance)
     distance = length(sub(x, vec(sp.p)))
@@ -122,7 +121,7 @@ def target_subsurface(domain, shifted, a, b, c):
     d = domain_at(domain, 0)
     bssrdf = bssrdf_at(point_of(frame_at(d.frame, 0), d.pixel), 0)
     r = sample_at(shifted, 0)
-    x, n = place_of(scene_at(d.scene, 0), r)
+    x, n = place_of(scene_of(d), r)
     s = diffused(bssrdf, sub(x, vec(bssrdf.p)), n)
     if is_black(s):
         return

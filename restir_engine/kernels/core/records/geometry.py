@@ -45,6 +45,12 @@ MESH = record(
     "segments",  # uint32 [n_segments], the first of four points: a segment leads from the second to the third
     "strands",  # int32 [n_segments], the strand that a segment belongs to
     "pieces",  # how many flat pieces a segment of a ribbon is made of
+    # Of what changes its form while the shutter is open:
+    "n_steps",  # at even distances of time; 0: it does not
+    "steps",  # float32 [n_steps, steps_stride, 3], like `vertices`, or [n_steps, steps_stride, 4], like `points`
+    "steps_stride",
+    "normal_steps",  # float32 [n_steps, normals_stride, 3], like `normals`
+    "normals_stride",
     ("generated_offset", 3),  # generated = (p - offset) * scale, in object space
     ("generated_scale", 3),
 )
@@ -79,6 +85,7 @@ INSTANCE = record(
     ("particle", 1),  # particle random, 0 when there is none
     ("terminator", 1),  # cosine below which shadow rays start above smooth triangles, see interaction.shadow_origin
     ("terminator_frequency", 1),  # above 1: by how much lobes' cosines fall faster, see lobes.closure.terminator_offset
+    "moves",  # 1: its matrices and location are those of the middle of the shutter; see kernels.geometry.placed
 )
 instance_at = record_at(INSTANCE)
 INSTANCE_MIRRORED = 1  # the matrix has a negative determinant

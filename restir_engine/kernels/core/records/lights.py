@@ -73,6 +73,7 @@ EMITTER = record(  # an instance with emissive triangles
     "group",
     "first_leaf",  # of its leaves in the tree
     ("probability", 1),  # among emitters
+    ("reach", 1),  # how far from its place in the middle of the shutter it may be at another time
 )
 emitter_at = record_at(EMITTER)
 

@@ -103,6 +103,7 @@ PATH = record(
     ("d", 3),
     ("tmin", 1),
     ("t", 1),  # where the ray ends, for the code of media
+    ("time", 1),  # 0: the shutter opens, 1: it closes
     ("medium_start", 1),  # where on the ray the present medium begins, while tmin > 0
     ("throughput", 3),
     ("diffuse_share", 3),  # of each class of lobes at the first bounce, for the light passes

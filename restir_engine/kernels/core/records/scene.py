@@ -23,11 +23,33 @@ CAMERA = record(
     ("panorama", 4),  # from and to in x, and in y: longitude and latitude, or longitude and height (cylindrical)
     ("fisheye", 4),  # field of view (radians); lens, width and height of the sensor (mm)
     ("polynomial", 5),  # of a fisheye lens: angle to the axis by mm from the sensor's middle, negated
+    "n_steps",  # of `steps`, at even distances from the shutter's opening to its closing; 0: the camera stands still
+    "steps",  # CAMERA_STEP [n_steps]
 )
 camera_at = record_at(CAMERA)
 CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA = 0, 1, 2
 PANORAMA_EQUIRECTANGULAR, PANORAMA_CYLINDRICAL, PANORAMA_MIRROR_BALL, PANORAMA_CUBE_FACE = 0, 1, 2, 3
 PANORAMA_EQUIDISTANT, PANORAMA_EQUISOLID, PANORAMA_POLYNOMIAL = 4, 5, 6  # fisheye lenses
+
+CAMERA_STEP = record(  # what of a camera changes while the shutter is open
+    ("translation", 3),
+    ("rotation", 4),  # a unit quaternion (w, x, y, z)
+    ("stretch", 9),  # to_world is translation · rotation · stretch, a matrix by rows
+    ("screen", 4),
+    ("aperture", 1),
+    ("focus_distance", 1),
+)
+camera_step_at = record_at(CAMERA_STEP)
+
+SHUTTER = record(
+    "table",  # float32 [SHUTTER_TABLE_SIZE]: times by the share of light that has come in before
+    "rolling",  # 1: lines are read one after the other, from the top to the bottom
+    ("duration", 1),  # of a line, by that of all of them
+    "place",  # code, see kernels.geometry.placed
+    "aim",  # code, see kernels.path.shutter
+)
+shutter_at = record_at(SHUTTER)
+SHUTTER_TABLE_SIZE = 257
 
 SCENE = record(
     "embree",  # RTCScene, top level
@@ -58,6 +80,10 @@ SCENE = record(
     # What belongs to a frame; see context.FrameContext.
     "camera",  # CAMERA, for nodes that read camera coordinates
     "camera_in_media",  # 1: camera rays may start inside a medium
+    "shutter",  # SHUTTER; 0: what is seen is one moment
+    # What belongs to a path, in the copy of this record that a tile has (records.scratch.tile_scene).
+    ("time", 1),  # 0: the shutter opens, 1: it closes
+    "placed",  # address of PLACED [PLACES]: instances that move, as they are at some time; 0: all are at their middle
 )
 scene_at = record_at(SCENE)
 SCENE_HAS_TRANSPARENT = 1

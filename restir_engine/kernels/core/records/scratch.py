@@ -1,9 +1,12 @@
 """Working memory of one tile call: one block, owned by the session, 64-byte aligned. Areas are offsets in it."""
 
 from ..jit import inlined
+from ..memory import copy_words, record_address
+from .geometry import INSTANCE
 from .lights import LIGHT_SAMPLE, light_sample_at
 from .media import MAX_MEDIA, MEDIA, MEDIUM, SHADOW
 from .render import PATH, path_at
+from .scene import CAMERA, SCENE, camera_at, scene_at
 from .shading import CLOSURE, MAX_CLOSURES, MAX_REGISTERS, SHADING_POINT, shading_point_at
 
 _RAY_BYTES = 96  # RTCRayHit
@@ -38,7 +41,15 @@ SCRATCH_TILE_WEIGHTS = _behind(SCRATCH_SHADOW, SHADOW.itemsize)  # of a group of
 SCRATCH_TAKER = _behind(SCRATCH_TILE_WEIGHTS, 1024)  # what takes a path's contributions, see contribute
 TAKER_BYTES = 4096
 _RESAMPLING = _behind(SCRATCH_TAKER, TAKER_BYTES)
-SCRATCH_BYTES = _behind(_RESAMPLING, _RESAMPLING_BYTES)
+# What follows a path's time: SCENE now and before, CAMERA likewise, instances (kernels.geometry.placed).
+SCRATCH_SCENES = _behind(_RESAMPLING, _RESAMPLING_BYTES)
+_SCENE_BYTES, _CAMERA_BYTES = _behind(0, SCENE.itemsize), _behind(0, CAMERA.itemsize)
+_SCENE_WORDS, _CAMERA_WORDS = SCENE.itemsize // 8, CAMERA.itemsize // 8
+SCRATCH_CAMERAS = SCRATCH_SCENES + 2 * _SCENE_BYTES
+SCRATCH_PLACED = SCRATCH_CAMERAS + 2 * _CAMERA_BYTES
+PLACES, PLACED_HEADER = 16, 24
+PLACED_BYTES = PLACED_HEADER + INSTANCE.itemsize
+SCRATCH_BYTES = _behind(SCRATCH_PLACED, PLACES * PLACED_BYTES)
 
 
 def shared_area(n_bytes: int) -> int:
@@ -56,6 +67,25 @@ def resampling_area(n_bytes: int) -> int:
     if n_bytes > _RESAMPLING_BYTES:
         raise ValueError(f"the area of resampling has {_RESAMPLING_BYTES} bytes, {n_bytes} are needed")
     return _RESAMPLING
+
+
+@inlined
+def tile_scene(scene, scratch, which):
+    """The tile's own copy of a SCENE, which has a time; which: 0, or 1 for that of the frame before."""
+    own = scratch + SCRATCH_SCENES + which * _SCENE_BYTES
+    copy_words(own, record_address(scene), _SCENE_WORDS)
+    scene = scene_at(own, 0)
+    scene.time = 0.5
+    scene.placed = scratch + SCRATCH_PLACED if scene.shutter != 0 else 0
+    return scene
+
+
+@inlined
+def tile_camera(camera, scratch, which):
+    """The tile's own copy of a CAMERA, which moves with time."""
+    own = scratch + SCRATCH_CAMERAS + which * _CAMERA_BYTES
+    copy_words(own, record_address(camera), _CAMERA_WORDS)
+    return camera_at(own, 0)
 
 
 @inlined

@@ -7,8 +7,9 @@ import math
 
 from ...core.jit import device, entry, inlined
 from ...core.memory import load_f32, load_i32, load_u8, store_f64
-from ...core.records import IMAGE_BYTES, IMAGE_DECODE, image_at, instance_at, scene_at, shading_point_at
+from ...core.records import IMAGE_BYTES, IMAGE_DECODE, image_at, scene_at, shading_point_at
 from ...core.vec import store3_f64, transform_normal, vec
+from ...geometry.placed import placed_at
 from ..operands import number, triple
 from .rounding import floor
 
@@ -243,7 +244,7 @@ def image_box_op(scene, sp, registers, code, at):
     sp = shading_point_at(sp, 0)
     n = vec(sp.n)
     if sp.instance >= 0:
-        n = transform_normal(instance_at(scene.instances, sp.instance).to_world, n)
+        n = transform_normal(placed_at(scene, sp.instance).to_world, n)
     weights = _box_weights(n, number(registers, code, at + 4))
     p = triple(registers, code, at + 1)
     index, flags = load_i32(code, at + 2), load_i32(code, at + 3)

@@ -1,0 +1,274 @@
+"""What moves while the shutter is open: the frames before and after the one that is rendered, read for what differs.
+
+Cycles' rules: an object has 2^k + 1 steps over the shutter (Motion Blur > Steps is k), the middle one being where it is
+rendered without blur; an instance has the most that it or its instancer has, and both must want blur. Times between the
+steps of some are not looked at for the others. Lamps do not move. A mesh that has a `velocity` attribute goes along it
+instead: its vertices need not be the same ones in other frames.
+
+Reading another time evaluates the whole depsgraph: nothing of Blender that was taken from it before may be used after.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from ..kernels.core.records import DOMAIN_CORNER
+from ..scene.camera import Camera
+from ..scene.description import SceneDescription
+from ..scene.instances import InstanceSteps, usable
+from ..scene.mesh import Mesh, empty_vertices
+from ..scene.motion import differ
+from ..scene.shape import Shape
+from ..scene.shutter import Shutter
+from ..scene.warnings import Warnings
+from .camera import sync_camera
+
+VELOCITY = "velocity"  # vertices' way in a second, in object space
+_CURVE = 257  # values that are read of the shutter's curve
+_POSITIONS = {"START": 0.5, "CENTER": 0.0, "END": -0.5}  # of the shutter's middle, in its lengths after the frame
+
+
+@dataclass(frozen=True)
+class Frames:
+    """How other times are read. go_to(frame, subframe): RenderEngine.frame_set; stopped(): whether Esc was pressed."""
+
+    go_to: Callable[[int, float], None]
+    stopped: Callable[[], bool]
+
+    def show(self, time: float) -> None:
+        """Evaluate the depsgraph at a frame with its fraction."""
+        frame = math.floor(time)
+        self.go_to(frame, time - frame)
+
+
+@dataclass(frozen=True)
+class Blur:
+    """The scene's shutter. middle: the frame, with its fraction, at which it has been open half the time."""
+
+    length: float  # frames
+    middle: float
+    shutter: Shutter
+
+    def time(self, moment: Fraction) -> float:
+        """The frame at a moment of the shutter, from -1 where it opens to 1 where it closes."""
+        return self.middle + 0.5 * self.length * float(moment)
+
+
+def blur_of(depsgraph) -> Blur | None:
+    """The blur that a scene and its view layer ask for, None: none."""
+    scene = depsgraph.scene
+    render, cycles = scene.render, getattr(scene, "cycles", None)
+    length = render.motion_blur_shutter
+    if not (render.use_motion_blur and depsgraph.view_layer.use_motion_blur and length > 0.0):
+        return None
+    curve = render.motion_blur_shutter_curve
+    curve.initialize()
+    values = np.array([curve.evaluate(curve.curves[0], x) for x in np.linspace(0.0, 1.0, _CURVE)])
+    rolls = getattr(cycles, "rolling_shutter_type", "NONE") != "NONE"
+    middle = scene.frame_current_final + _POSITIONS[render.motion_blur_position] * length
+    return Blur(length, middle, Shutter(values, cycles.rolling_shutter_duration if rolls else None))
+
+
+def steps_of(item, parent=None) -> tuple[int, bool]:
+    """(steps of an object over the shutter, 0 where it is not blurred; whether its deformation is)."""
+    most, deforms = 0, True
+    for owner in (item, parent) if parent is not None else (item,):
+        settings = getattr(owner, "cycles", None)
+        if not getattr(settings, "use_motion_blur", True):
+            return 0, False
+        deforms = deforms and getattr(settings, "use_deform_motion", True)
+        most = max(most, getattr(settings, "motion_steps", 1))
+    return (1 << most) + 1, deforms
+
+
+def moments(steps: int) -> list[Fraction]:
+    """When so many steps are, from -1 to 1."""
+    return [Fraction(2 * i, steps - 1) - 1 for i in range(steps)]
+
+
+class Moments:
+    """What the times beside the middle show of a scene that was read there.
+
+    identities: of all entries of depsgraph.object_instances (`identities`); steps: of each, 0 for those that stand
+    still or are not rendered; rows: the index of each in scene.instances, -1: none; deforming: the mesh, an index into
+    scene.meshes, by the entry that it is read from. read(data): the shape of data that is no mesh.
+    """
+
+    def __init__(
+        self,
+        scene: SceneDescription,
+        read: Callable[[object], Shape | None],
+        identities: list[tuple],
+        matrices: np.ndarray,
+        steps: np.ndarray,
+        rows: np.ndarray,
+        deforming: dict[int, int],
+    ) -> None:
+        self._scene, self._read_shape = scene, read
+        self._identities, self._steps, self._rows = identities, steps, rows
+        self._deforming = deforming
+        self._middle = matrices
+        self._matrices: dict[Fraction, np.ndarray] = {Fraction(0): matrices}
+        self._points: dict[tuple[int, Fraction], np.ndarray] = {}
+        self._normals: dict[tuple[int, Fraction], np.ndarray] = {}
+        self._changed: set[int] = set()  # meshes whose topology is another at another time
+
+    def read(self, depsgraph, blur: Blur, frames: Frames, camera_object) -> None:
+        """Read all times, and put what moves into the scene; the depsgraph then shows the middle no more."""
+        camera_steps, _ = steps_of(camera_object) if camera_object is not None else (0, False)
+        counts = {int(count) for count in np.unique(self._steps) if count} | ({camera_steps} - {0})
+        cameras: dict[Fraction, Camera] = {Fraction(0): self._scene.camera}
+        for moment in sorted({moment for count in counts for moment in moments(count)} - {Fraction(0)}):
+            if frames.stopped():
+                return
+            frames.show(blur.time(moment))
+            self._read_moment(depsgraph, moment)
+            if camera_steps and moment in moments(camera_steps):
+                cameras[moment] = sync_camera(depsgraph, Warnings(), camera_object)
+        self._put_instances()
+        self._put_meshes()
+        if camera_steps:
+            put_camera(self._scene, [cameras[moment] for moment in moments(camera_steps)])
+
+    def _read_moment(self, depsgraph, moment: Fraction) -> None:
+        """Matrices of all entries, and the vertices of what deforms, in the order of the middle."""
+        found, matrices = identities(depsgraph), matrices_of(depsgraph)
+        if found == self._identities:
+            there = np.arange(len(found))
+        else:
+            places = {identity: place for place, identity in enumerate(found)}
+            there = np.array([places.get(identity, -1) for identity in self._identities], np.int64)
+        shown = there >= 0
+        result = self._middle.copy()
+        result[shown] = matrices[there[shown]]
+        flat = ~usable(result)
+        result[flat] = self._middle[flat]
+        self._matrices[moment] = result
+        wanted = {
+            int(there[entry]): mesh
+            for entry, mesh in self._deforming.items()
+            if shown[entry] and moment in moments(int(self._steps[entry]))
+        }
+        if wanted:
+            for place, instance in enumerate(depsgraph.object_instances):
+                if place in wanted:
+                    self._read_points(wanted[place], instance.object.data, moment)
+
+    def _read_points(self, index: int, data, moment: Fraction) -> None:
+        shape = self._scene.meshes[index]
+        if isinstance(shape, Mesh):
+            self._read_vertices(index, shape, data, moment)
+            return
+        there = self._read_shape(data)
+        same = type(there) is type(shape) and len(there.points) == len(shape.points)
+        if same and all(np.array_equal(a, b) for a, b in zip(there.form[1:-1], shape.form[1:-1], strict=True)):
+            self._points[index, moment] = there.points
+        else:
+            self._changed.add(index)
+
+    def _read_vertices(self, index: int, mesh: Mesh, data, moment: Fraction) -> None:
+        n_normals = 0 if mesh.normals is None else len(mesh.normals)
+        corners = mesh.normals_domain == DOMAIN_CORNER
+        if len(data.vertices) != len(mesh.vertices) or (corners and len(data.loops) != n_normals):
+            self._changed.add(index)
+            return
+        vertices = empty_vertices(len(mesh.vertices))
+        data.attributes["position"].data.foreach_get("vector", vertices.reshape(-1))
+        self._points[index, moment] = np.nan_to_num(vertices, copy=False)
+        if n_normals:
+            normals = np.empty((n_normals, 3), np.float32)
+            (data.corner_normals if corners else data.vertex_normals).foreach_get("vector", normals.reshape(-1))
+            self._normals[index, moment] = normals
+
+    def _put_instances(self) -> None:
+        for count in np.unique(self._steps[self._rows >= 0]).tolist():
+            mine = np.flatnonzero((self._steps == count) & (self._rows >= 0)) if count else np.zeros(0, np.int64)
+            if not len(mine):
+                continue
+            matrices = np.stack([self._matrices[moment][mine] for moment in moments(count)], axis=1)
+            moves = differ(matrices)
+            if moves.any():
+                self._scene.instance_steps.append(InstanceSteps(self._rows[mine[moves]], matrices[moves]))
+
+    def _put_meshes(self) -> None:
+        for entry, index in self._deforming.items():
+            shape = self._scene.meshes[index]
+            if index in self._changed:
+                text = "its points are others in other frames: the blur of its deformation is left out"
+                self._scene.warnings.add("Mesh", shape.name, text)
+                continue
+            times = moments(int(self._steps[entry]))
+            if not all(moment == 0 or (index, moment) in self._points for moment in times):
+                continue
+            points = [shape.points if moment == 0 else self._points[index, moment] for moment in times]
+            if all(np.array_equal(points[0], other) for other in points[1:]):
+                continue
+            normals = None
+            if isinstance(shape, Mesh) and shape.normals is not None:
+                normals = [shape.normals if moment == 0 else self._normals[index, moment] for moment in times]
+            self._scene.meshes[index] = with_steps(shape, points, normals)
+
+
+def identities(depsgraph) -> list[tuple]:
+    """What entries of depsgraph.object_instances are known again by at another time: names of objects, and of instances
+    what the instancer has numbered them by.
+    """
+    instances = depsgraph.object_instances
+    count = len(instances)
+    numbers = np.empty((count, 8), np.int32)
+    instances.foreach_get("persistent_id", numbers.reshape(-1))
+    random = np.empty(count, np.int32)
+    instances.foreach_get("random_id", random)
+    is_instance = np.empty(count, bool)
+    instances.foreach_get("is_instance", is_instance)
+    numbers[~is_instance] = 0
+    rows = zip(random.tolist(), map(bytes, numbers), is_instance.tolist(), instances, strict=True)
+    return [(random, row) if instanced else (instance.object.name_full,) for random, row, instanced, instance in rows]
+
+
+def matrices_of(depsgraph) -> np.ndarray:
+    """Object to world of all entries of depsgraph.object_instances: float64 (n, 12) by rows."""
+    instances = depsgraph.object_instances
+    columns = np.empty((len(instances), 4, 4), np.float32)
+    instances.foreach_get("matrix_world", columns.reshape(-1))
+    return columns.transpose(0, 2, 1)[:, :3].reshape(-1, 12).astype(np.float64)
+
+
+def with_steps(shape: Shape, points: list[np.ndarray], normals: list[np.ndarray] | None) -> Shape:
+    """The shape as it changes: `points` and, of a mesh that has normals, these at each step."""
+    result = copy.copy(shape)
+    rows = len(shape.points) + (2 if isinstance(shape, Mesh) else 0)  # for Embree's reads of 16 bytes
+    result.steps = np.zeros((len(points), rows, shape.points.shape[1]), np.float32)
+    result.steps[:, : len(shape.points)] = points
+    if normals is not None:
+        result.normal_steps = np.ascontiguousarray(np.stack(normals), np.float32)
+    return result
+
+
+def along_velocity(shape: Shape, data, seconds: float) -> Shape | None:
+    """The shape as its `velocity` attribute moves it while a shutter is open for so long; None where it has none."""
+    velocity = data.attributes.get(VELOCITY)
+    if velocity is None or velocity.domain != "POINT" or velocity.data_type != "FLOAT_VECTOR":
+        return None
+    if len(velocity.data) != len(shape.points):
+        return None
+    way = np.zeros_like(shape.points)
+    vectors = np.empty((len(way), 3), np.float32)
+    velocity.data.foreach_get("vector", vectors.reshape(-1))
+    way[:, :3] = np.nan_to_num(vectors) * np.float32(0.5 * seconds)
+    if not way.any():
+        return None
+    normals = [shape.normals] * 3 if isinstance(shape, Mesh) and shape.normals is not None else None
+    return with_steps(shape, [shape.points - way, shape.points, shape.points + way], normals)
+
+
+def put_camera(scene: SceneDescription, steps: list[Camera]) -> None:
+    """Let the scene's camera go through these, if they differ."""
+    if not all(steps[0].same_as(step) for step in steps[1:]):
+        scene.camera = replace(scene.camera, steps=tuple(steps))
