@@ -41,7 +41,9 @@ class _Scene:
         steps: see `MeshScene`.
         """
         places = lib.BUFFER_VERTEX, lib.FLOAT3, vertices
-        self._attach(self._geometry(lib.TRIANGLES, steps, places, (lib.BUFFER_INDEX, lib.UINT3, triangles)), index, mask)
+        self._attach(
+            self._geometry(lib.TRIANGLES, steps, places, (lib.BUFFER_INDEX, lib.UINT3, triangles)), index, mask
+        )
 
     def _geometry(self, kind: int, steps: np.ndarray | None, *buffers: tuple[int, int, np.ndarray]) -> int:
         """A new geometry over (buffer, format, array), a row an element; the arrays must live as long as this scene.

@@ -18,8 +18,8 @@ from ..kernels.shading.interpreter import shader_entries
 from .freeze import freeze
 from .lights import LightTable
 from .majorants import commit_majorants
-from .motion import embree_parts, swept
 from .mesh import Mesh
+from .motion import embree_parts, swept
 from .shape import Shape, attribute_table
 from .world import WorldTable
 

@@ -419,7 +419,9 @@ class _Reader:
             items = [(entries[n], item.mesh) for n, item in enumerate(self._placed) if item.deforms and n in entries]
             deforming = {mesh: entry for entry, mesh in items}  # each mesh once
             deforming = {entry: mesh for mesh, entry in deforming.items()}
-            self.moments = Moments(self.scene, self._read_others, identities(self.depsgraph), matrices, steps, rows, deforming)
+            self.moments = Moments(
+                self.scene, self._read_others, identities(self.depsgraph), matrices, steps, rows, deforming
+            )
 
     def fit_normals(self) -> None:
         """Give meshes that stand in one place alone the normals that they have there."""

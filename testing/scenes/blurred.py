@@ -26,8 +26,7 @@ def deforming(steps: np.ndarray, triangles) -> Mesh:
     """A mesh whose vertices are (steps, n, 3), their number odd."""
     steps = np.asarray(steps, np.float32)
     mesh = Mesh(steps[len(steps) // 2], np.asarray(triangles))
-    mesh.vertex_steps = np.zeros((len(steps), steps.shape[1] + 2, 3), np.float32)
-    mesh.vertex_steps[:, :-2] = steps
+    mesh.steps = np.pad(steps, ((0, 0), (0, 2), (0, 0)))
     return mesh
 
 

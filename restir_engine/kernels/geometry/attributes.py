@@ -17,6 +17,7 @@ from ..core.records import (
     mesh_at,
 )
 from ..core.vec import add, load3_f32, madd, scale, transform_point, vec
+from .placed import placed_at
 from .voxels import voxel_values
 
 
@@ -86,7 +87,7 @@ def generated(scene, sp, du, dv):
         p = transform_point(instance_at(scene.instances, sp.instance).to_object, vec(sp.p))
     elif mesh.shape != SHAPE_TRIANGLES:
         p = madd(madd(vec(sp.p), vec(sp.dpdu), du), vec(sp.dpdv), dv)
-        p = transform_point(instance_at(scene.instances, sp.instance).to_object, p)
+        p = transform_point(placed_at(scene, sp.instance).to_object, p)
     else:
         p = object_point(mesh, sp.primitive, sp.u + du, sp.v + dv)
     return (

@@ -38,7 +38,12 @@ from .surface import POSITION_ERROR, largest, magnitude
 def _weighted(mesh, time, primitive, a, b, c, d):
     """The four points of a segment, place and radius, times a … d."""
     first = load_u32(mesh.segments, primitive)
-    p, q, r, s = point(mesh, time, first + 0), point(mesh, time, first + 1), point(mesh, time, first + 2), point(mesh, time, first + 3)
+    p, q, r, s = (
+        point(mesh, time, first + 0),
+        point(mesh, time, first + 1),
+        point(mesh, time, first + 2),
+        point(mesh, time, first + 3),
+    )
     return (
         a * p[0] + b * q[0] + c * r[0] + d * s[0],
         a * p[1] + b * q[1] + c * r[1] + d * s[1],
