@@ -86,9 +86,14 @@ class Scene:
         shutter, table = description.shutter.record()
         self._share("shutter", shutter)
         self._kept.append(table)
-        for group in description.instance_steps:
-            self.instances["moves"][group.instances] = 1
-            self.steps |= zip(group.instances.tolist(), group.matrices, strict=True)
+        fixed = self._have_flag(rec.MATERIAL_MEDIUM_VARIES)  # the bounds of its extinction are those of one place
+        for instances, matrices in description.instance_steps:
+            if fixed[instances].any():
+                text = "what has a volume that varies in space stands still in motion blur"
+                self.warnings.add("Render", "Volumes", text)
+            moves = ~fixed[instances]
+            self.instances["moves"][instances[moves]] = 1
+            self.steps |= zip(instances[moves].tolist(), matrices[moves], strict=True)
 
     def _commit_geometry(self, trees: Trees) -> None:
         record, instances = self._table[0], self.instances

@@ -232,7 +232,7 @@ class _Reader:
             return None
         steps, deforms = steps_of(item, instance.parent) if self._blur else (0, False)
         if steps and deforms:
-            deforms = not self._follow_velocity(mesh, data) and changes_shape(item, data)
+            deforms = not is_grids(item) and not self._follow_velocity(mesh, data) and changes_shape(item, data)
         flags = instance_flags(instance, self.view_layer)
         if flags & INSTANCE_SHADOW_CATCHER:
             self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")

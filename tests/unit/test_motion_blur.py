@@ -220,3 +220,14 @@ def test_a_picture_of_one_moment_is_told_from_it(everything_moves):
     still = blurred(SIZE)
     still.shutter = None
     assert np.abs(off(frames(still.commit(), 32, range(100, 112), max_bounces=0), truth)).max() > 6.0
+
+
+def test_whole_paths_are_not_reused_and_that_is_said():
+    scene = blurred(16).commit()
+    reuse = ReuseSettings(rounds=1, paths="WHOLE")
+    pictures = [
+        frames(scene, 4, range(2), max_bounces=1, integrator="RESTIR", reuse=options)
+        for options in (reuse, ReuseSettings(rounds=1))
+    ]
+    assert np.array_equal(*pictures)
+    assert any("no whole paths" in line for line in scene.warnings.lines())

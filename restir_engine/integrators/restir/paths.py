@@ -21,10 +21,18 @@ if TYPE_CHECKING:
 
 
 def resamples_paths(options: ReuseSettings, scene: Scene) -> bool:
-    """Whether indirect light is reused: where anything is, p̂ has V in it and is one, and no path crosses a medium."""
+    """Whether indirect light is reused.
+
+    Where anything is, p̂ has V in it and is one, no path crosses a medium, and all paths see the same moment: what a
+    sample has kept behind the vertex of reconnection is of its own.
+    """
     reused = options.temporal or options.rounds > 0
-    served = options.visibility == "TARGET" and not options.by_channel
-    return options.paths != "DIRECT" and reused and served and not scene.record["flags"] & SCENE_HAS_MEDIA
+    served = options.visibility == "TARGET" and not options.by_channel and not scene.record["flags"] & SCENE_HAS_MEDIA
+    wanted = options.paths != "DIRECT" and reused and served
+    if wanted and scene.record["shutter"]:
+        scene.warnings.add("Render", "Reuse", "with motion blur direct light alone is reused, and no whole paths")
+        return False
+    return wanted
 
 
 class PathSteps:

@@ -14,7 +14,7 @@ def keyed(owner, path: str, values: dict[float, object], interpolation: str = "L
     for frame, value in values.items():
         setattr(owner, path, value)
         owner.keyframe_insert(path, frame=frame)
-    action = owner.animation_data.action
+    action = owner.id_data.animation_data.action
     curves = action.fcurves if hasattr(action, "fcurves") else action.layers[0].strips[0].channelbags[0].fcurves
     for curve in curves:
         for point in curve.keyframe_points:
@@ -115,9 +115,7 @@ def deforming_mesh():
         points = np.empty(3 * len(key.data), np.float32)
         key.data.foreach_get("co", points)
         key.data.foreach_set("co", (points.reshape(-1, 3) * (1.6, 1.0, 0.4)).astype(np.float32).ravel())
-        for frame in (1, 3):
-            key.value = 0.5 * (frame - 1)
-            key.keyframe_insert("value", frame=frame)
+        keyed(key, "value", {1: 0.0, 3: 1.0})
         ball.cycles.use_deform_motion = blurred
     sheet = kit.put("plane", kit.diffuse((0.3, 0.5, 0.7)), (0, 0.5, 0.9), 0.8, smooth=True)
     cut = sheet.modifiers.new("Grid", "SUBSURF")
