@@ -101,9 +101,15 @@ def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
         if item.name == "Combined"
         or (
             item.name not in too_deep
+            and (item.view_layer or item.own)
             and getattr(view_layer if item.view_layer else view_layer.restir, item.view_layer or item.own)
         )
     )
+
+
+def is_blurred(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
+    """Whether final renders have motion blur; they have no pass Vector then, as in Cycles."""
+    return scene.render.use_motion_blur and view_layer.use_motion_blur
 
 
 def enabled_aovs(view_layer: bpy.types.ViewLayer) -> tuple[Aov, ...]:
@@ -144,7 +150,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "extra_transparent": bpy.app.version < (5, 0, 0),
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "mist": mist(scene.world),
-            "passes": enabled_passes(view_layer),
+            "passes": enabled_passes(view_layer) - ({"Vector"} if is_blurred(scene, view_layer) else set()),
             "aovs": enabled_aovs(view_layer),
         }
     )

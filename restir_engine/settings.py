@@ -96,7 +96,7 @@ class Pass:
     channels: str  # as RenderEngine.register_pass wants it; its length is the number of channels
     kind: str  # VALUE, VECTOR, COLOR
     view_layer: str  # the ViewLayer property that switches it on; "" where none does
-    own: str = ""  # then the property of view_layer.restir that does
+    own: str = ""  # then the property of view_layer.restir that does; "": it is there for another to be divided by
     divide: str = ""
     averaged: bool = True  # False: the first sample's value
     slots: str = ""  # the kind of Cryptomatte whose slots it holds two of
@@ -149,6 +149,8 @@ PASSES: tuple[Pass, ...] = (
     Pass("Object Index", "IndexOB", "object_index", "X", "VALUE", "use_pass_object_index", averaged=False),
     Pass("Material Index", "IndexMA", "material_index", "X", "VALUE", "use_pass_material_index", averaged=False),
     Pass("Mist", "Mist", "mist", "Z", "VALUE", "use_pass_mist"),
+    Pass("Vector", "Vector", "vector", "XYZW", "VECTOR", "use_pass_vector", divide="Vector Weight"),
+    Pass("Vector Weight", "Vector Weight", "vector_weight", "X", "VALUE", ""),  # samples that have one
     *_light("Diffuse", "Diff", "diffuse", "diffuse"),
     *_light("Glossy", "Gloss", "glossy", "glossy"),
     *_light("Transmission", "Trans", "transmission", "transmission"),

@@ -32,6 +32,31 @@ class RESTIR_OBJECT_PT_ray_visibility(RestirPanel, bpy.types.Panel):
             column.prop(item, "visible_shadow", text="Shadow")
 
 
+class RESTIR_OBJECT_PT_motion_blur(RestirPanel, bpy.types.Panel):
+    """How the object is blurred where it moves"""
+
+    bl_label = "Motion Blur"
+    bl_context = "object"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        kinds = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "CAMERA", "EMPTY"}
+        shown = super().poll(context) and context.object is not None and context.object.type in kinds
+        return shown and hasattr(context.object, "cycles")
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.active = context.scene.render.use_motion_blur
+        self.layout.prop(context.object.cycles, "use_motion_blur", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, settings = self.column(), context.object.cycles
+        column.active = context.scene.render.use_motion_blur and settings.use_motion_blur
+        column.prop(settings, "motion_steps", text="Steps")
+        if context.object.type != "CAMERA":
+            column.prop(settings, "use_deform_motion", text="Deformation")
+
+
 class RESTIR_LIGHT_PT_beam(RestirPanel, bpy.types.Panel):
     """Where an area light shines; a spot has Blender's own panel"""
 
@@ -184,6 +209,7 @@ class RESTIR_WORLD_PT_settings(RestirPanel, bpy.types.Panel):
 
 CLASSES = (
     RESTIR_OBJECT_PT_ray_visibility,
+    RESTIR_OBJECT_PT_motion_blur,
     RESTIR_LIGHT_PT_beam,
     RESTIR_LIGHT_PT_settings,
     RESTIR_LIGHT_PT_nodes,

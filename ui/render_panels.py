@@ -286,6 +286,29 @@ class RESTIR_VIEWLAYER_PT_override(RestirPanel, bpy.types.Panel):
         column.prop(context.view_layer, "samples")
 
 
+class RESTIR_RENDER_PT_motion_blur(RestirPanel, bpy.types.Panel):
+    """What moves while the shutter is open"""
+
+    bl_label = "Motion Blur"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "use_motion_blur", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render, cycles, column = context.scene.render, getattr(context.scene, "cycles", None), self.column()
+        column.active = render.use_motion_blur
+        column.prop(render, "motion_blur_position", text="Position")
+        column.prop(render, "motion_blur_shutter")
+        if cycles is not None:
+            column.prop(cycles, "rolling_shutter_type", text="Rolling Shutter")
+            duration = column.column()
+            duration.active = cycles.rolling_shutter_type != "NONE"
+            duration.prop(cycles, "rolling_shutter_duration", text="Line Duration")
+        column.separator()
+        column.template_curve_mapping(render, "motion_blur_shutter_curve")
+
+
 CLASSES = (
     RESTIR_RENDER_PT_sampling,
     RESTIR_RENDER_PT_adaptive,
@@ -293,6 +316,7 @@ CLASSES = (
     RESTIR_RENDER_PT_resampling,
     RESTIR_RENDER_PT_light_paths,
     RESTIR_RENDER_PT_subsurface,
+    RESTIR_RENDER_PT_motion_blur,
     RESTIR_RENDER_PT_film,
     RESTIR_RENDER_PT_simplify,
     RESTIR_RENDER_PT_performance,

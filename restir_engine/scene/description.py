@@ -16,6 +16,7 @@ from .shaders import ShaderTable
 from .shape import Shape
 from .shutter import Shutter
 from .trees import Trees
+from .vectors import Vectors
 from .warnings import Warnings
 from .world import World
 
@@ -31,6 +32,7 @@ class SceneDescription:
         self.instances = np.zeros(0, rec.INSTANCE)
         self.instance_steps: list[InstanceSteps] = []  # of those that move
         self.shutter: Shutter | None = None  # None: what is seen is one moment
+        self.vectors: Vectors | None = None  # None: the pass Vector is not asked for
         self.material_slots = np.zeros(0, np.int32)
         self.instance_attributes: list = []  # what the instances' attribute tables need to stay alive
         self.shaders = ShaderTable()

@@ -21,6 +21,7 @@ from .majorants import commit_majorants
 from .mesh import Mesh
 from .motion import embree_parts, swept
 from .shape import Shape, attribute_table
+from .vectors import VectorTable
 from .world import WorldTable
 
 if TYPE_CHECKING:
@@ -54,6 +55,10 @@ class Scene:
         self._commit_geometry(trees)
         self._note_media(description.world.material)
         self._commit_shading(description.images.records())
+        if description.vectors is not None:
+            table = VectorTable(self, description.vectors)
+            self._table[0]["vectors"] = table.address
+            self._kept.append(table)
         self.image_arrays = tuple(description.images.arrays)
         self.media_bounds = self._find_media()
         self.world = self._commit_world(description, before)

@@ -30,7 +30,7 @@ from .lights import sync_light
 from .materials import Materials
 from .mesh import readable
 from .mesh_cache import MeshCache, memory_of
-from .motion import Blur, Frames, Moments, along_velocity, blur_of, identities, steps_of
+from .motion import Blur, Frames, Moments, Steps, along_velocity, blur_of, identities, steps_of, vectors_of
 from .objects import (
     asset_name,
     instance_flags,
@@ -78,6 +78,8 @@ def read_scene(
     scene.time = now = depsgraph.scene.frame_current_final
     scene.frames_per_second = render.fps / render.fps_base
     blur = blur_of(depsgraph) if frames else None
+    if frames and not blur and "Vector" in settings.passes:
+        blur = vectors_of(depsgraph)
     try:
         if blur and blur.middle != now:
             frames.show(blur.middle)
@@ -88,7 +90,6 @@ def read_scene(
         sync_world(scene, depsgraph, reader.materials)
         reader.materials.compiled()
         if blur:
-            scene.shutter = blur.shutter
             reader.moments.read(depsgraph, blur, frames, None if camera else camera_object or depsgraph.scene.camera)
     finally:
         if blur:
@@ -153,6 +154,7 @@ class _Reader:
     ) -> None:
         self.scene = scene
         self._blur = blur
+        self._changing: dict[int, Steps] = {}  # shapes that move along their velocities
         self._cache = meshes
         self.depsgraph = depsgraph
         self.settings = settings
@@ -230,7 +232,7 @@ class _Reader:
         mesh = self._shape(instance, item, data)
         if mesh < 0:
             return None
-        steps, deforms = steps_of(item, instance.parent) if self._blur else (0, False)
+        steps, deforms = self._steps_of(instance, item)
         if steps and deforms:
             deforms = not is_grids(item) and not self._follow_velocity(mesh, data) and changes_shape(item, data)
         flags = instance_flags(instance, self.view_layer)
@@ -274,13 +276,16 @@ class _Reader:
 
     def _follow_velocity(self, index: int, data) -> bool:
         """Whether the points of a shape move along its velocities; they are made to."""
-        seconds = self._blur.length / self.scene.frames_per_second
-        mesh = self.scene.meshes[index]
-        if mesh.steps is not None:
-            return True
-        moved = along_velocity(mesh, data, seconds)
-        self.scene.meshes[index] = moved or mesh
+        moved = along_velocity(self.scene.meshes[index], data, self._blur.length / self.scene.frames_per_second)
+        if moved:
+            self._changing[index] = moved
         return moved is not None
+
+    def _steps_of(self, instance, item) -> tuple[int, bool]:
+        """(over how many steps an instance's motion is read, 0: not at all; whether its shape's is as well)."""
+        if not self._blur:
+            return 0, False
+        return steps_of(item, instance.parent) if self._blur.shutter else (3, True)
 
     def _material_indices(self, item, data) -> tuple[int, ...]:
         materials = [slot.material for slot in item.material_slots] or list(getattr(data, "materials", ()))
@@ -419,9 +424,8 @@ class _Reader:
             items = [(entries[n], item.mesh) for n, item in enumerate(self._placed) if item.deforms and n in entries]
             deforming = {mesh: entry for entry, mesh in items}  # each mesh once
             deforming = {entry: mesh for mesh, entry in deforming.items()}
-            self.moments = Moments(
-                self.scene, self._read_others, identities(self.depsgraph), matrices, steps, rows, deforming
-            )
+            around = identities(self.depsgraph), matrices, steps, rows, deforming
+            self.moments = Moments(self.scene, self._read_others, self._changing, *around)
 
     def fit_normals(self) -> None:
         """Give meshes that stand in one place alone the normals that they have there."""

@@ -29,7 +29,6 @@ WHEN_SIMPLIFIED = (
     LeftOut("cycles.texture_limit_render", "the texture limit is left out: images have all their pixels", "OFF".__ne__),
 )
 PASSES = (
-    LeftOut("use_pass_vector", "Vector"),
     LeftOut("use_pass_shadow", "Shadow"),
     LeftOut("use_pass_ambient_occlusion", "Ambient Occlusion"),
     LeftOut("use_pass_subsurface_direct", "Subsurface Direct"),

@@ -1,5 +1,7 @@
 """What moves while the shutter is open: the frames before and after the one that is rendered, read for what differs.
 
+For the pass Vector, which there is without blur alone, the whole frames before and after are read in the same way.
+
 Cycles' rules: an object has 2^k + 1 steps over the shutter (Motion Blur > Steps is k), the middle one being where it is
 rendered without blur; an instance has the most that it or its instancer has, and both must want blur. Times between the
 steps of some are not looked at for the others. Lamps do not move. A mesh that has a `velocity` attribute goes along it
@@ -15,6 +17,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +29,7 @@ from ..scene.mesh import Mesh, empty_vertices
 from ..scene.motion import differ
 from ..scene.shape import Shape
 from ..scene.shutter import Shutter
+from ..scene.vectors import Vectors
 from ..scene.warnings import Warnings
 from .camera import sync_camera
 
@@ -49,11 +53,14 @@ class Frames:
 
 @dataclass(frozen=True)
 class Blur:
-    """The scene's shutter. middle: the frame, with its fraction, at which it has been open half the time."""
+    """The scene's shutter. middle: the frame, with its fraction, at which it has been open half the time.
+
+    shutter: None where nothing is blurred, but frames before and after are read for the pass Vector.
+    """
 
     length: float  # frames
     middle: float
-    shutter: Shutter
+    shutter: Shutter | None
 
     def time(self, moment: Fraction) -> float:
         """The frame at a moment of the shutter, from -1 where it opens to 1 where it closes."""
@@ -75,6 +82,11 @@ def blur_of(depsgraph) -> Blur | None:
     return Blur(length, middle, Shutter(values, cycles.rolling_shutter_duration if rolls else None))
 
 
+def vectors_of(depsgraph) -> Blur:
+    """What is read for the pass Vector: from one frame before to one after."""
+    return Blur(2.0, depsgraph.scene.frame_current_final, None)
+
+
 def steps_of(item, parent=None) -> tuple[int, bool]:
     """(steps of an object over the shutter, 0 where it is not blurred; whether its deformation is)."""
     most, deforms = 0, True
@@ -92,18 +104,37 @@ def moments(steps: int) -> list[Fraction]:
     return [Fraction(2 * i, steps - 1) - 1 for i in range(steps)]
 
 
+class Steps(NamedTuple):
+    """How a shape changes: its points, and the normals that it has, at each step."""
+
+    points: list[np.ndarray]
+    normals: list[np.ndarray] | None
+
+    def apply(self, shape: Shape) -> Shape:
+        """The shape with these steps."""
+        result = copy.copy(shape)
+        rows = len(shape.points) + (2 if isinstance(shape, Mesh) else 0)  # for Embree's reads of 16 bytes
+        result.steps = np.zeros((len(self.points), rows, shape.points.shape[1]), np.float32)
+        result.steps[:, : len(shape.points)] = self.points
+        if self.normals is not None:
+            result.normal_steps = np.ascontiguousarray(np.stack(self.normals), np.float32)
+        return result
+
+
 class Moments:
     """What the times beside the middle show of a scene that was read there.
 
-    identities: of all entries of depsgraph.object_instances (`identities`); steps: of each, 0 for those that stand
-    still or are not rendered; rows: the index of each in scene.instances, -1: none; deforming: the mesh, an index into
-    scene.meshes, by the entry that it is read from. read(data): the shape of data that is no mesh.
+    read(data): the shape of data that is no mesh; changing: shapes, by their index in scene.meshes, whose steps are
+    known. The rest is of entries of depsgraph.object_instances: identities (`identities`); steps: of each, 0 for those
+    that stand still or are not rendered; rows: the index of each in scene.instances, -1: none; deforming: an index into
+    scene.meshes by the entry that it is read from.
     """
 
     def __init__(
         self,
         scene: SceneDescription,
         read: Callable[[object], Shape | None],
+        changing: dict[int, Steps],
         identities: list[tuple],
         matrices: np.ndarray,
         steps: np.ndarray,
@@ -112,7 +143,7 @@ class Moments:
     ) -> None:
         self._scene, self._read_shape = scene, read
         self._identities, self._steps, self._rows = identities, steps, rows
-        self._deforming = deforming
+        self._deforming, self._changing = deforming, changing
         self._middle = matrices
         self._matrices: dict[Fraction, np.ndarray] = {Fraction(0): matrices}
         self._points: dict[tuple[int, Fraction], np.ndarray] = {}
@@ -121,7 +152,9 @@ class Moments:
 
     def read(self, depsgraph, blur: Blur, frames: Frames, camera_object) -> None:
         """Read all times, and put what moves into the scene; the depsgraph then shows the middle no more."""
-        camera_steps, _ = steps_of(camera_object) if camera_object is not None else (0, False)
+        camera_steps = 0
+        if camera_object is not None:
+            camera_steps = steps_of(camera_object)[0] if blur.shutter else 3
         counts = {int(count) for count in np.unique(self._steps) if count} | ({camera_steps} - {0})
         cameras: dict[Fraction, Camera] = {Fraction(0): self._scene.camera}
         for moment in sorted({moment for count in counts for moment in moments(count)} - {Fraction(0)}):
@@ -131,10 +164,18 @@ class Moments:
             self._read_moment(depsgraph, moment)
             if camera_steps and moment in moments(camera_steps):
                 cameras[moment] = sync_camera(depsgraph, Warnings(), camera_object)
-        self._put_instances()
-        self._put_meshes()
-        if camera_steps:
-            put_camera(self._scene, [cameras[moment] for moment in moments(camera_steps)])
+        instances, shapes = self._moved(), self._changing | self._changed_shapes(blur)
+        cameras = [cameras[moment] for moment in moments(camera_steps)] if camera_steps else [self._scene.camera] * 3
+        if blur.shutter is None:
+            places = {index: np.stack([steps.points[0], steps.points[-1]]) for index, steps in shapes.items()}
+            self._scene.vectors = Vectors(instances, (cameras[0], cameras[-1]), places)
+            return
+        self._scene.shutter = blur.shutter
+        self._scene.instance_steps = instances
+        for index, steps in shapes.items():
+            self._scene.meshes[index] = steps.apply(self._scene.meshes[index])
+        if not all(cameras[0].same_as(camera) for camera in cameras[1:]):
+            self._scene.camera = replace(self._scene.camera, steps=tuple(cameras))
 
     def _read_moment(self, depsgraph, moment: Fraction) -> None:
         """Matrices of all entries, and the vertices of what deforms, in the order of the middle."""
@@ -186,7 +227,9 @@ class Moments:
             (data.corner_normals if corners else data.vertex_normals).foreach_get("vector", normals.reshape(-1))
             self._normals[index, moment] = normals
 
-    def _put_instances(self) -> None:
+    def _moved(self) -> list[InstanceSteps]:
+        """The instances whose matrices are not the same at all steps."""
+        found = []
         for count in np.unique(self._steps[self._rows >= 0]).tolist():
             mine = np.flatnonzero((self._steps == count) & (self._rows >= 0)) if count else np.zeros(0, np.int64)
             if not len(mine):
@@ -194,14 +237,18 @@ class Moments:
             matrices = np.stack([self._matrices[moment][mine] for moment in moments(count)], axis=1)
             moves = differ(matrices)
             if moves.any():
-                self._scene.instance_steps.append(InstanceSteps(self._rows[mine[moves]], matrices[moves]))
+                found.append(InstanceSteps(self._rows[mine[moves]], matrices[moves]))
+        return found
 
-    def _put_meshes(self) -> None:
+    def _changed_shapes(self, blur: Blur) -> dict[int, Steps]:
+        """The shapes whose points are not the same at all steps, by their index."""
+        found = {}
         for entry, index in self._deforming.items():
             shape = self._scene.meshes[index]
             if index in self._changed:
-                text = "its points are others in other frames: the blur of its deformation is left out"
-                self._scene.warnings.add("Mesh", shape.name, text)
+                if blur.shutter:
+                    text = "its points are others in other frames: the blur of its deformation is left out"
+                    self._scene.warnings.add("Mesh", shape.name, text)
                 continue
             times = moments(int(self._steps[entry]))
             if not all(moment == 0 or (index, moment) in self._points for moment in times):
@@ -212,7 +259,8 @@ class Moments:
             normals = None
             if isinstance(shape, Mesh) and shape.normals is not None:
                 normals = [shape.normals if moment == 0 else self._normals[index, moment] for moment in times]
-            self._scene.meshes[index] = with_steps(shape, points, normals)
+            found[index] = Steps(points, normals)
+        return found
 
 
 def identities(depsgraph) -> list[tuple]:
@@ -240,19 +288,8 @@ def matrices_of(depsgraph) -> np.ndarray:
     return columns.transpose(0, 2, 1)[:, :3].reshape(-1, 12).astype(np.float64)
 
 
-def with_steps(shape: Shape, points: list[np.ndarray], normals: list[np.ndarray] | None) -> Shape:
-    """The shape as it changes: `points` and, of a mesh that has normals, these at each step."""
-    result = copy.copy(shape)
-    rows = len(shape.points) + (2 if isinstance(shape, Mesh) else 0)  # for Embree's reads of 16 bytes
-    result.steps = np.zeros((len(points), rows, shape.points.shape[1]), np.float32)
-    result.steps[:, : len(shape.points)] = points
-    if normals is not None:
-        result.normal_steps = np.ascontiguousarray(np.stack(normals), np.float32)
-    return result
-
-
-def along_velocity(shape: Shape, data, seconds: float) -> Shape | None:
-    """The shape as its `velocity` attribute moves it while a shutter is open for so long; None where it has none."""
+def along_velocity(shape: Shape, data, seconds: float) -> Steps | None:
+    """How a `velocity` attribute moves a shape while a shutter is open for so long; None where it has none."""
     velocity = data.attributes.get(VELOCITY)
     if velocity is None or velocity.domain != "POINT" or velocity.data_type != "FLOAT_VECTOR":
         return None
@@ -265,10 +302,4 @@ def along_velocity(shape: Shape, data, seconds: float) -> Shape | None:
     if not way.any():
         return None
     normals = [shape.normals] * 3 if isinstance(shape, Mesh) and shape.normals is not None else None
-    return with_steps(shape, [shape.points - way, shape.points, shape.points + way], normals)
-
-
-def put_camera(scene: SceneDescription, steps: list[Camera]) -> None:
-    """Let the scene's camera go through these, if they differ."""
-    if not all(steps[0].same_as(step) for step in steps[1:]):
-        scene.camera = replace(scene.camera, steps=tuple(steps))
+    return Steps([shape.points - way, shape.points, shape.points + way], normals)

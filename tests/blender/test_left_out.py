@@ -40,7 +40,7 @@ def set_all(scene, paths):
         (["render.use_freestyle"], "Freestyle"),
         (["cycles.use_fast_gi"], "Fast GI"),
         (["cycles.shading_system"], "Open Shading Language"),
-        (["LAYER.use_pass_vector", "LAYER.use_pass_shadow"], "Vector, Shadow"),
+        (["LAYER.use_pass_shadow", "LAYER.use_pass_ambient_occlusion"], "Shadow, Ambient Occlusion"),
         (["LAYER.cycles.use_pass_shadow_catcher"], "Shadow Catcher"),
         (["LAYER.cycles.denoising_store_passes"], "Denoising Data"),
         (["OBJECT.is_shadow_catcher"], "shadow catcher"),

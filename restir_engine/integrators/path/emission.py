@@ -15,6 +15,7 @@ from ...kernels.film.contribute import (
     wants_backdrop,
 )
 from ...kernels.film.surface_passes import aov_passes, wants_aovs
+from ...kernels.film.vectors import add_vector
 from ...kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
 from ...kernels.lights.emission import shadow_point, world_point
 from ...kernels.lights.linking import EVERYTHING, reaches
@@ -59,6 +60,8 @@ def _add_lamp(scene, integrator, film, scratch, path, sp, light, distance):
 def add_world(scene, integrator, film, scratch, path, sp):
     """Add suns and the world where the path leaves the scene, or note that it sees what is behind the picture."""
     d = vec(path.d)
+    if path.background_visible > 0 and path.data_done == 0:
+        add_vector(scene, film, path, 0)
     sun = sun_next(scene, d, 0, path.flags)
     while sun >= 0:
         _add_lamp(scene, integrator, film, scratch, path, sp, sun, FAR)

@@ -1,7 +1,7 @@
 """Passes that describe the first surface, or the first medium: data, colours of lobes, the denoiser's features."""
 
 from ..core.jit import device, inlined
-from ..core.memory import store_f32
+from ..core.memory import record_address, store_f32
 from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, camera_at, instance_at, material_at
 from ..core.vec import average, dot, length, mul, put, store3_f32, transform_point, vec
 from ..geometry.attributes import attribute
@@ -9,6 +9,7 @@ from ..lobes import bsdf_color, bsdf_normal, denoise_features
 from ..shading.interpreter import write_aovs
 from .contribute import add1, add3
 from .cryptomatte import add_to_slots
+from .vectors import add_vector
 
 
 @inlined
@@ -66,6 +67,7 @@ def _data_passes(scene, camera, integrator, film, path, sp):
                 found, x, y, _z, _w = attribute(scene, sp, 0, 0.0, 0.0)
                 if found:
                     add3(pixel, film.uv, (x, y, 1.0))
+            add_vector(scene, film, path, record_address(sp))
             path.data_done = 1
     if film.diffuse_color >= 0 or film.glossy_color >= 0 or film.transmission_color >= 0:
         c = bsdf_color(scene, sp)

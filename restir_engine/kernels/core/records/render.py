@@ -37,6 +37,8 @@ FILM = record(
     "denoising_albedo",
     "denoising_normal",
     "mist",
+    "vector",
+    "vector_weight",
     # Slots of Cryptomatte, see kernels.film.cryptomatte.
     "crypto_object",
     "crypto_material",

@@ -51,6 +51,17 @@ SHUTTER = record(
 shutter_at = record_at(SHUTTER)
 SHUTTER_TABLE_SIZE = 257
 
+VECTORS = record(  # of the frames before and after, for the pass Vector
+    "code",  # of kernels.film.vectors
+    "rows",  # int32 [n_instances], where an instance's matrices stand, -1: it does not move
+    "matrices",  # MATRIX [rows, 2], object to world
+    "shapes",  # int64 [n_meshes]: addresses of float32 [2, vertices, 3], 0: it does not deform
+    "cameras",  # CAMERA [2]
+)
+vectors_at = record_at(VECTORS)
+MATRIX = record(("m", 12))
+matrix_at = record_at(MATRIX)
+
 SCENE = record(
     "embree",  # RTCScene, top level
     "meshes",
@@ -81,6 +92,7 @@ SCENE = record(
     "camera",  # CAMERA, for nodes that read camera coordinates
     "camera_in_media",  # 1: camera rays may start inside a medium
     "shutter",  # SHUTTER; 0: what is seen is one moment
+    "vectors",  # VECTORS; 0: the pass Vector is not asked for
     # What belongs to a path, in the copy of this record that a tile has (records.scratch.tile_scene).
     ("time", 1),  # 0: the shutter opens, 1: it closes
     "placed",  # address of PLACED [PLACES]: instances that move, as they are at some time; 0: all are at their middle

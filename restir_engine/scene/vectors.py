@@ -1,0 +1,56 @@
+"""Where things are in the frames before and after, for the pass Vector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..kernels.core import records as rec
+from ..kernels.core.jit import load
+from ..kernels.core.memory import address
+from ..kernels.film.vectors import write_vector
+from .camera import Camera
+from .freeze import freeze
+from .instances import InstanceSteps
+from .table import Table
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+
+@dataclass
+class Vectors:
+    """What is elsewhere. instances: with three steps, a frame apart; shapes: vertices (2, n, 3) before and after, by
+    their index among meshes; cameras: before and after.
+    """
+
+    instances: list[InstanceSteps]
+    cameras: tuple[Camera, Camera]
+    shapes: dict[int, np.ndarray] = field(default_factory=dict)
+
+
+class VectorTable(Table):
+    """Owner of the VECTORS record of a scene that is being committed."""
+
+    def __init__(self, scene: Scene, vectors: Vectors) -> None:
+        load([write_vector])
+        rows = np.full(len(scene.instances), -1, np.int32)
+        count = 0
+        matrices = [np.zeros((0, 2, 12))]
+        for indices, steps in vectors.instances:
+            rows[indices] = np.arange(count, count + len(indices))
+            count += len(indices)
+            matrices.append(steps[:, [0, -1]])
+        shapes = np.zeros(len(scene.meshes), np.int64)
+        places = {index: np.ascontiguousarray(points, np.float32) for index, points in vectors.shapes.items()}
+        for index, points in places.items():
+            shapes[index] = address(points)
+        cameras = np.array([camera.record() for camera in vectors.cameras], rec.CAMERA)
+        self._kept = (rows, np.concatenate(matrices), shapes, cameras, places, vectors)
+        freeze(*self._kept[:4])
+        self._table = np.zeros(1, rec.VECTORS)
+        self._table[0]["code"] = write_vector.address
+        for name, array in zip(("rows", "matrices", "shapes", "cameras"), self._kept, strict=False):
+            self._table[0][name] = address(array)
