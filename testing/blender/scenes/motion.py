@@ -172,7 +172,7 @@ def rolling_shutter():
     shutter()
 
 
-@scene(1, samples=192)
+@scene(1, samples=768, deep=True)
 def moving_emitter():
     """Emissive meshes that slide and turn over a floor, whose light is sampled."""
     kit.floor()
@@ -183,4 +183,91 @@ def moving_emitter():
     sliding(sheet, (0.6, -0.4, 0.5))
     keyed(sheet, "rotation_euler", {1: (0.0, 0.0, 0.0), 3: (0.0, 2.5, 0.5)})
     kit.put("ball", kit.diffuse(), (0, -0.5, 0.4), 0.4)
+    shutter()
+
+
+def nodes_on(thing, build) -> None:
+    """A geometry nodes modifier; build(node, geometry) returns the geometry that it makes."""
+    group = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    start, end = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+
+    def node(kind: str, inputs: dict | None = None, **properties):
+        result = group.nodes.new(kind)
+        kit.assign(result, properties)
+        for name, value in (inputs or {}).items():
+            if isinstance(value, bpy.types.NodeSocket):
+                group.links.new(value, kit.socket(result.inputs, name))
+            else:
+                kit.socket(result.inputs, name).default_value = value
+        return result
+
+    group.links.new(build(node, start.outputs[0]), end.inputs[0])
+    thing.modifiers.new("Nodes", "NODES").node_group = group
+
+
+@scene(1, deep=True)
+def moving_along_velocities():
+    """A mesh and spheres that move by an attribute `velocity` alone."""
+    bench()
+    ball = kit.put("ball", kit.diffuse((0.7, 0.4, 0.3)), (-1.2, 0, 0.8), 0.5)
+    velocity = ball.data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
+    count = len(ball.data.vertices)
+    points = np.empty((count, 3), np.float32)
+    ball.data.vertices.foreach_get("co", points.reshape(-1))
+    velocity.data.foreach_set("vector", (24.0 * points * (0.8, 0.2, -0.4)).astype(np.float32).ravel())
+    cloud = kit.put("coarse ball", kit.diffuse((0.3, 0.5, 0.8)), (1.2, 0, 0.9), 0.7)
+
+    def flying(node, geometry):
+        points = node("GeometryNodeMeshToPoints", {"Mesh": geometry, "Radius": 0.12})
+        way = node("FunctionNodeInputVector", vector=(12.0, 0.0, 6.0))
+        stored = node(
+            "GeometryNodeStoreNamedAttribute",
+            {"Geometry": points.outputs[0], "Name": "velocity", "Value": way.outputs[0]},
+            data_type="FLOAT_VECTOR",
+        )
+        colored = node("GeometryNodeSetMaterial", {"Geometry": stored.outputs[0], "Material": cloud.data.materials[0]})
+        return colored.outputs[0]
+
+    nodes_on(cloud, flying)
+    shutter()
+
+
+@scene(1, deep=True)
+def moving_strands_and_spheres():
+    """Hair that slides and bends, and points that slide and grow."""
+    bench()
+    curves = bpy.data.hair_curves.new("Hair")
+    curves.add_curves([4] * 60)
+    x, z = np.meshgrid(np.linspace(-0.6, 0.6, 60), np.linspace(0.0, 1.2, 4), indexing="ij")
+    places = np.stack([x, 0.2 * np.sin(9.0 * x), z], axis=2).astype(np.float32)
+    curves.position_data.foreach_set("vector", places.ravel())
+    radius = curves.attributes.new("radius", "FLOAT", "POINT")
+    radius.data.foreach_set("value", np.full(240, 0.02, np.float32))
+    curves.materials.append(kit.diffuse((0.6, 0.4, 0.2)))
+    hair = kit.add(curves, (-1.0, 0, 0))
+    sliding(hair, (0.2, 0.0, 0.0))
+
+    def bending(node, geometry):
+        time = node("GeometryNodeInputSceneTime").outputs["Frame"]
+        place = node("ShaderNodeSeparateXYZ", {"Vector": node("GeometryNodeInputPosition").outputs[0]})
+        side = node("ShaderNodeMath", {0: time, 1: place.outputs["Z"]}, operation="MULTIPLY")
+        way = node("ShaderNodeMath", {0: side.outputs[0], 1: 0.3}, operation="MULTIPLY")
+        offset = node("ShaderNodeCombineXYZ", {"X": way.outputs[0]})
+        return node("GeometryNodeSetPosition", {"Geometry": geometry, "Offset": offset.outputs[0]}).outputs[0]
+
+    nodes_on(hair, bending)
+    cloud = kit.put("coarse ball", kit.diffuse((0.3, 0.6, 0.4)), (1.3, 0, 0.8), 0.6)
+
+    def growing(node, geometry):
+        time = node("GeometryNodeInputSceneTime").outputs["Frame"]
+        size = node("ShaderNodeMath", {0: time, 1: 0.05}, operation="MULTIPLY")
+        points = node("GeometryNodeMeshToPoints", {"Mesh": geometry, "Radius": size.outputs[0]})
+        return node(
+            "GeometryNodeSetMaterial", {"Geometry": points.outputs[0], "Material": cloud.data.materials[0]}
+        ).outputs[0]
+
+    nodes_on(cloud, growing)
+    sliding(cloud, (0.3, 0.0, 0.2))
     shutter()
