@@ -182,6 +182,7 @@ def test_esc_ends_reading_at_the_frame_it_was_at(scene):
 def test_blender_is_left_at_its_frame(scene):
     """A render by the engine itself, of a frame with a fraction."""
     engine.register()
+    render.exact_files(scene)
     sliding(kit.put("cube", kit.emission(), (0, 0, 0.5)))
     shutter()
     scene.frame_set(2, subframe=0.25)
