@@ -1,61 +1,99 @@
 """A render that follows what is changed: a worker thread renders the latest scene and camera that it is asked for.
 
-Who asks never waits for the worker. The first answer is a small frame, which resamples the one before it where the
-integrator does: while things move these are all that is seen. When they rest, samples accumulate in full size.
+Who asks never waits for the worker. The first answer is a coarse picture, as fine as the time of one picture in motion
+allows, which resamples the one before it where the integrator does. When things rest, pictures get finer until they
+have all pixels, in which samples then accumulate; then nothing is done any more.
 """
 
 from __future__ import annotations
 
 import logging
 import threading
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .denoise import denoise
+from .kernels.core import workers
+from .kernels.core.jit import begin, load
+from .pace import Pace
 from .scene.camera import Camera
 from .scene.description import SceneDescription
+from .scene.plain import plain_picture
 from .scene.scene import Scene
 from .scene.trees import Trees
-from .session import PREPARING, Session, Status
+from .session import PREPARING, Session, Status, format_time, memory_in_use
 from .settings import RenderSettings
+from .upscale import KERNELS, upscaled
 
 if TYPE_CHECKING:
     from .integrators.resampling.history import History
 
 log = logging.getLogger(__name__)
 
-SMALL = 4  # a side of a small frame is so many times shorter
+MOVING = 0.08  # seconds that a picture may take while something moves, for ten a second with what else is done
+GUIDED = 3  # a coarse picture is shown in so many times the pixels along a side, or in all of the view's
+DENOISING = 0.25  # of the time, at most
 _MOST = 65000.0  # float16, which textures hold, ends soon after
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be seen. scene: committed, or its description."""
+    """What is to be seen. scene: committed, or its description. frame: see Shown. asked: by time.perf_counter."""
 
     scene: Scene | SceneDescription
     settings: RenderSettings
     camera: Camera
+    frame: tuple[float, float, float, float]
+    asked: float
+
+
+class Shown(NamedTuple):
+    """A picture, never written to again, and what it is of.
+
+    pixels: float32 (height, width, 4), bottom row first, with associated alpha. rectangle: left, bottom, right, top of
+    what they show in units of the camera's frame; frame: where that lies in a view, as whoever asked has told.
+    """
+
+    pixels: np.ndarray
+    rectangle: tuple[float, float, float, float]
+    frame: tuple[float, float, float, float]
 
 
 class LiveSession:
     """Renders the latest of its requests on a thread of its own, until it is closed."""
 
     def __init__(self) -> None:
-        # float32 (height, width, 4), bottom row first, with associated alpha; never written to again
-        self.picture: np.ndarray | None = None
-        self.line = PREPARING  # for a status bar
+        self.shown: Shown | None = None
         self.error: BaseException | None = None
+        self._line = PREPARING
         self._request: Request | None = None
         self._current: Request | None = None  # what the worker has taken
         self._changed = threading.Condition()
         self._closed = False
-        self._history: dict[bool, History] = {}  # by whether in small
+        self._pace = Pace(MOVING)
+        self._histories: dict[int, History] = {}  # by step, of the last two steps
         self._trees = Trees(instanced=True)
         self._committed: tuple[SceneDescription, Scene] | None = None
+        self._way: tuple[RenderSettings, tuple, RenderSettings] | None = None
         self._sessions = 0
+        self._denoised = self._denoising = 0.0  # when it was last done, and how long it took
         self._thread = threading.Thread(target=self._work, name="restir-live", daemon=True)
         self._thread.start()
+
+    @property
+    def picture(self) -> np.ndarray | None:
+        """The pixels that are shown."""
+        return self.shown and self.shown.pixels
+
+    @property
+    def line(self) -> str:
+        """One line for a status bar."""
+        done, total = workers.progress()
+        return f"Compiling kernels: {done} of {total}" if total and self.busy else self._line
 
     @property
     def busy(self) -> bool:
@@ -63,10 +101,16 @@ class LiveSession:
         with self._changed:
             return self._current is not None or self._request is not None
 
-    def show(self, scene: Scene | SceneDescription, settings: RenderSettings, camera: Camera) -> None:
+    def show(
+        self,
+        scene: Scene | SceneDescription,
+        settings: RenderSettings,
+        camera: Camera,
+        frame: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0),
+    ) -> None:
         """Render this from now on."""
         with self._changed:
-            self._request = Request(scene, settings, camera)
+            self._request = Request(scene, settings, camera, frame, time.perf_counter())
             self._changed.notify()
 
     def close(self) -> None:
@@ -101,49 +145,113 @@ class LiveSession:
         return self._closed or self._request is not None
 
     def _render(self, request: Request) -> None:
+        scene = self._scene(request)
+        width, height = request.camera.film_size
+        step = self._pace.choose(width * height)
         # Never cut short: while something moves there is always a newer request.
-        self._session(request, True, lambda: self._closed)
+        self._coarse(request, scene, step, lambda: self._closed)
+        while step > 2 and not self._outdated():
+            step = -(-step // 2)
+            self._coarse(request, scene, step, self._outdated)
         if not self._outdated():
-            self._session(request, False, self._outdated)
+            self._rest(request, scene)
 
-    def _session(self, request: Request, small: bool, cancelled) -> None:
-        """Render a request to its end or until `cancelled`; every session has random numbers of its own."""
-        settings = in_motion(request.settings) if small else request.settings
-        camera = smaller(request.camera) if small else request.camera
-        settings = replace(settings, seed=settings.seed + self._sessions)
+    def _coarse(self, request: Request, scene: Scene, step: int, cancelled: Callable[[], bool]) -> None:
+        """One picture in pixels of so many of the view's along a side, unless it is `cancelled`."""
+        camera = request.camera.coarser(step)
+        session = self._session(request, scene, in_motion(request.settings), camera, self._histories.pop(step, None))
+        began = time.perf_counter()
+        session.render(cancelled)
+        if session.cancelled:
+            return
+        if session.history is not None:
+            self._histories = {**dict([*self._histories.items()][-1:]), step: session.history}
+        pixels = session.combined()
+        fine = request.camera.coarser(max(round(step / GUIDED), 1))
+        if fine.film_size != camera.film_size:
+            pixels = upscaled(pixels, camera, fine, scene, request.settings.threads)
+        self._pace.took(camera.film_size[0] * camera.film_size[1], time.perf_counter() - began)
+        self._tell(request, session.status, camera)
+        self._show(pixels, fine, request)
+
+    def _rest(self, request: Request, scene: Scene) -> None:
+        """Accumulate samples in all pixels until done, or until there is another request."""
+        settings = self._chosen(request.settings, scene)
+        session = self._session(request, scene, settings, request.camera)
+        kinds = request.settings, _kinds_of_light(scene)
+        if self._way is None or self._way[:2] != kinds:
+            self._way = (*kinds, session.way)
+
+        def keep(session: Session) -> None:
+            # What was cut short may have tiles missing.
+            if not session.film.samples or session.cancelled:
+                return
+            if not settings.use_denoising:
+                self._show(session.combined(), session.camera, request)
+            elif time.perf_counter() - self._denoised > self._denoising / DENOISING:
+                began = time.perf_counter()
+                pixels = denoise(session.film, settings.denoising_quality, scene.warnings)
+                self._show(session.combined() if pixels is None else pixels, session.camera, request)
+                self._denoised = time.perf_counter()
+                self._denoising = self._denoised - began
+
+        session.render(self._outdated, lambda status: self._tell(request, status, session.camera), keep)
+        if not session.cancelled:
+            self._show(session.combined(), session.camera, request)
+
+    def _chosen(self, settings: RenderSettings, scene: Scene) -> RenderSettings:
+        """The settings, with the way of lighting that was found best for them and for such lights."""
+        if self._way and self._way[:2] == (settings, _kinds_of_light(scene)):
+            return self._way[2]
+        return settings
+
+    def _session(
+        self, request: Request, scene: Scene, settings: RenderSettings, camera: Camera, history: History | None = None
+    ) -> Session:
+        """A prepared session with random numbers of its own."""
+        settings = replace(settings, seed=request.settings.seed + self._sessions)
         self._sessions += 1
-        session = Session(self._scene(request), settings, camera, self._history.get(small))
+        session = Session(scene, settings, camera, history)
         session.prepare()
-        session.render(cancelled, self._report, self._keep)
-        if settings.reuse.temporal:
-            self._history[small] = session.history
+        return session
 
     def _scene(self, request: Request) -> Scene:
         """The scene of a request, committed when it is seen for the first time."""
         if isinstance(request.scene, Scene):
             return request.scene
         if self._committed is None or self._committed[0] is not request.scene:
-            self.line = PREPARING
             self._trees.next_frame()
             before = self._committed and self._committed[1]
+            if before is None:
+                pixels = plain_picture(request.scene, request.camera, self._trees)
+                if pixels is not None:
+                    self._show(pixels, request.camera, request)
+                begin(KERNELS)
             self._committed = request.scene, request.scene.commit(self._trees, before)
+            load(KERNELS)
         return self._committed[1]
 
-    def _report(self, status: Status) -> None:
-        self.line = status.line()
+    def _tell(self, request: Request, status: Status, camera: Camera) -> None:
+        """Say how far the render is, in the words of Cycles."""
+        parts = [
+            f"Time {format_time(time.perf_counter() - request.asked)}",
+            f"Mem {memory_in_use() / 2**20:.0f} M",
+            f"Sample {status.samples}/{request.settings.samples}",
+            "{} × {}".format(*camera.film_size),
+        ]
+        self._line = " | ".join(parts)
 
-    def _keep(self, session: Session) -> None:
-        """Copy what the session has by now, unless it was cut short: then some of its tiles may be missing."""
-        if session.film.samples and not session.cancelled:
-            self.picture = np.minimum(session.combined(), _MOST)
+    def _show(self, pixels: np.ndarray, camera: Camera, request: Request) -> None:
+        self.shown = Shown(np.minimum(pixels, _MOST), camera.rectangle, request.frame)
+
+
+def _kinds_of_light(scene: Scene) -> tuple:
+    """What the best way of lighting depends on, roughly."""
+    lights = scene.lights.record
+    return int(scene.record["n_lights"]), lights["triangles"] > 0.0, lights["world"] > 0.0
 
 
 def in_motion(settings: RenderSettings) -> RenderSettings:
-    """The settings of a small frame: one sample, and what reuse there is."""
+    """The settings of a coarse picture: one sample, and what reuse there is."""
     reuse = replace(settings.reuse, temporal=True, rounds=max(settings.reuse.rounds, 1))
-    return replace(settings, samples=1, reuse=reuse)
-
-
-def smaller(camera: Camera) -> Camera:
-    """The same view in fewer pixels."""
-    return replace(camera, width=-(-camera.width // SMALL), height=-(-camera.height // SMALL))
+    return replace(settings, samples=1, use_denoising=False, reuse=reuse)

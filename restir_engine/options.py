@@ -116,6 +116,12 @@ SCENE_OPTIONS: dict[str, Option] = {
             ("FAST", "Fast", "About twice as fast as High"),
         ),
     ),
+    "use_preview_denoising": Option(
+        "Denoise 3D View",
+        "Remove noise in the 3D view with Open Image Denoise at its fast quality, each time at most a quarter of the "
+        "time has gone into it",
+        default=False,
+    ),
     "max_bounces": _bounces("Total", "Most times that light is scattered. 0 is direct light only"),
     "diffuse_bounces": _bounces("Diffuse", "Most times that light is scattered diffusely"),
     "glossy_bounces": _bounces("Glossy", "Most times that light is reflected by glossy surfaces"),

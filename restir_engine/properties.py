@@ -14,6 +14,7 @@ from bpy.props import (
     PointerProperty,
 )
 
+from .denoise import find_library
 from .options import MATERIAL_OPTIONS, SCENE_OPTIONS, VIEW_LAYER_OPTIONS, Option
 from .reuse_settings import OPTIONS, ReuseSettings
 from .scene.cryptomatte import KINDS
@@ -159,7 +160,11 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
 def viewport_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> RenderSettings:
     """The RenderSettings of the 3D view: those of final frames, with samples and method for previews, in one seed."""
     return replace(
-        preview_settings(scene, view_layer, scene), seed=scene.restir.seed, time_limit=0.0, use_denoising=False
+        preview_settings(scene, view_layer, scene),
+        seed=scene.restir.seed,
+        time_limit=0.0,
+        use_denoising=scene.restir.use_preview_denoising and find_library() is not None,
+        denoising_quality="FAST",
     )
 
 

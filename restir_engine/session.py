@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -133,6 +133,13 @@ class Session:
     def cancelled(self) -> bool:
         """Whether it was or is being cancelled."""
         return self._cancel.is_set()
+
+    @property
+    def way(self) -> RenderSettings:
+        """The settings by which a render does at once what this one has found best, once it is prepared."""
+        used, kind = self._integrator.settings, type(self._integrator).__name__
+        name = "PATH" if kind == INTEGRATORS["PATH"][1] else "RESTIR"
+        return replace(used, integrator=name, reuse=replace(used.reuse, pilot=False))
 
     def prepare(self) -> None:
         """Commit the scene and load the integrator on the calling thread, which `render` does on another.

@@ -6,11 +6,10 @@ import contextlib
 import logging
 
 import bpy
-import numpy as np
 
 from . import properties
 from .engine import unexpected
-from .live_session import LiveSession
+from .live_session import LiveSession, Shown
 from .scene.errors import SceneError
 from .settings import RenderSettings
 from .sync.camera import sync_view
@@ -30,7 +29,7 @@ class Viewport:
     def __init__(self) -> None:
         self._session = LiveSession()
         self._reader = LiveReader()
-        self._scene = self._settings = self._camera = self._texture = None
+        self._scene = self._settings = self._view = self._filters = self._texture = None
         self._shown = None  # the picture in the texture
         self._problem = ""
         self._will_draw = False
@@ -42,13 +41,13 @@ class Viewport:
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what has changed of the scene and render it, where it can be seen: a selection cannot."""
         settings, known = settings_of(depsgraph), self._settings
-        self._problem, self._settings = "", settings
+        self._problem, self._settings, self._filters = "", settings, filters(context.space_data)
         try:
-            camera = sync_view(context, depsgraph)
-            scene = self._reader.read(depsgraph, settings, camera, context.space_data)
-            if scene is not None or settings != known or not camera.same_as(self._camera):
-                self._scene, self._camera = scene or self._scene, camera
-                self._session.show(self._scene, settings, camera)
+            view = sync_view(context, depsgraph)
+            scene = self._reader.read(depsgraph, settings, view.camera, context.space_data)
+            if scene is not None or settings != known or not view.same_as(self._view):
+                self._scene, self._view = scene or self._scene, view
+                self._session.show(self._scene, settings, *view)
         except SceneError as error:
             self._problem = str(error)
         except Exception as error:
@@ -57,19 +56,19 @@ class Viewport:
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Follow the view and the settings where they have changed, and draw the picture so far."""
-        if settings_of(depsgraph) != self._settings:
+        if settings_of(depsgraph) != self._settings or filters(context.space_data) != self._filters:
             self.update(context, depsgraph)
         if self._scene is not None and not self._problem:
-            camera = sync_view(context, depsgraph)
-            if not camera.same_as(self._camera):
-                self._camera = camera
-                self._session.show(self._scene, self._settings, camera)
+            view = sync_view(context, depsgraph)
+            if not view.same_as(self._view):
+                self._view = view
+                self._session.show(self._scene, self._settings, *view)
         if self._session.busy and not self._will_draw:
             self._will_draw = True
             bpy.app.timers.register(lambda: self._draw_again(engine), first_interval=REDRAW_INTERVAL)
-        picture = self._session.picture
-        if picture is not None:
-            self._draw(picture, engine, context.region, depsgraph.scene_eval)
+        shown = self._session.shown
+        if shown is not None:
+            self._draw(shown, engine, context.region, depsgraph.scene_eval)
         error = self._session.error
         problem = self._problem or (unexpected("The render stopped", error) if error else "")
         engine.update_stats("", problem or self._session.line)
@@ -80,20 +79,37 @@ class Viewport:
             engine.tag_redraw()
 
     def _draw(
-        self, picture: np.ndarray, engine: bpy.types.RenderEngine, region: bpy.types.Region, scene: bpy.types.Scene
+        self, shown: Shown, engine: bpy.types.RenderEngine, region: bpy.types.Region, scene: bpy.types.Scene
     ) -> None:
         import gpu  # which does not load without a window before Blender 5.2
         from gpu_extras.presets import draw_texture_2d
 
-        if picture is not self._shown:
-            height, width = picture.shape[:2]
-            buffer = gpu.types.Buffer("FLOAT", picture.size, picture.ravel())
-            self._texture, self._shown = gpu.types.GPUTexture((width, height), format="RGBA16F", data=buffer), picture
+        if shown is not self._shown:
+            height, width = shown.pixels.shape[:2]
+            buffer = gpu.types.Buffer("FLOAT", shown.pixels.size, shown.pixels.ravel())
+            self._texture, self._shown = gpu.types.GPUTexture((width, height), format="RGBA16F", data=buffer), shown
         gpu.state.blend_set("ALPHA_PREMULT")
         engine.bind_display_space_shader(scene)
-        draw_texture_2d(self._texture, (0, 0), region.width, region.height)
+        left, bottom, right, top = place_of(shown)
+        corner = left * region.width, bottom * region.height
+        draw_texture_2d(self._texture, corner, (right - left) * region.width, (top - bottom) * region.height)
         engine.unbind_display_space_shader()
         gpu.state.blend_set("NONE")
+
+
+def place_of(shown: Shown) -> tuple[float, float, float, float]:
+    """Where a picture lies in the view that it was rendered for: left, bottom, right, top in units of the region."""
+    left, bottom, right, top = shown.frame
+    x0, y0, x1, y1 = shown.rectangle
+    across, up = right - left, top - bottom
+    return left + x0 * across, bottom + y0 * up, left + x1 * across, bottom + y1 * up
+
+
+def filters(space: bpy.types.SpaceView3D) -> tuple:
+    """What a 3D view says of the objects that it leaves out; a change of it is an update of nothing."""
+    names = (item.identifier for item in space.bl_rna.properties)
+    kinds = [name for name in names if name.startswith("show_object_viewport_")]
+    return bool(space.local_view), space.use_local_collections, *(getattr(space, name) for name in kinds)
 
 
 def settings_of(depsgraph: bpy.types.Depsgraph) -> RenderSettings:

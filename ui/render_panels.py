@@ -65,6 +65,9 @@ class RESTIR_RENDER_PT_denoising(RestirPanel, bpy.types.Panel):
         quality = column.column()
         quality.active = available and context.scene.restir.use_denoising
         quality.prop(context.scene.restir, "denoising_quality")
+        preview = column.column()
+        preview.active = available
+        preview.prop(context.scene.restir, "use_preview_denoising")
 
 
 class RESTIR_RENDER_PT_resampling(RestirPanel, bpy.types.Panel):

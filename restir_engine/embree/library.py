@@ -50,6 +50,7 @@ _API = {
     "rtcSetGeometryTransform": (None, [c_void_p, c_uint, c_int, c_void_p]),
     "rtcSetGeometryTransformQuaternion": (None, [c_void_p, c_uint, c_void_p]),
     "rtcSetGeometryTimeStepCount": (None, [c_void_p, c_uint]),
+    "rtcIntersect1": (None, [c_void_p, c_void_p, c_void_p]),
     "rtcSetDeviceMemoryMonitorFunction": (None, [c_void_p, c_void_p, c_void_p]),
 }
 

@@ -79,7 +79,7 @@ class Integrator:
         self._scatter = _scatter_table(scene, settings, self.cache)
         self._media = media_entries(scene.record["flags"])
         self.record[0]["scatter"], self.record[0]["media"] = address(self._scatter), address(self._media)
-        self.context, self.film, self.history = context, film, None
+        self.context, self.settings, self.film, self.history = context, settings, film, None
         self._warnings = scene.warnings
         if "Visibility Estimate" in settings.passes and not carries_visibility(settings):
             text = "the pass is empty: it needs the integrator ReSTIR, its shadows reused or estimated"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -69,6 +69,22 @@ class Camera:
         """Width and height of the rendered region."""
         return self.region[2:] if self.region else (self.width, self.height)
 
+    @property
+    def rectangle(self) -> tuple[float, float, float, float]:
+        """The rendered region as left, bottom, right, top in units of the frame."""
+        x, y, width, height = self.region or (0, 0, self.width, self.height)
+        return x / self.width, y / self.height, (x + width) / self.width, (y + height) / self.height
+
+    def coarser(self, step: int) -> Camera:
+        """The same view in pixels of about so many of ours along a side; its region has ours inside."""
+        width, height = -(-self.width // step), -(-self.height // step)
+        if not self.region:
+            return replace(self, width=width, height=height)
+        x, y, across, up = self.region
+        low = math.floor(x * width / self.width), math.floor(y * height / self.height)
+        high = math.ceil((x + across) * width / self.width), math.ceil((y + up) * height / self.height)
+        return replace(self, width=width, height=height, region=(*low, high[0] - low[0], high[1] - low[1]))
+
     def origins(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner, (3,) each, of a box that contains the origins of all rays."""
         corner = math.hypot(max(map(abs, self.screen[:2])), max(map(abs, self.screen[2:])))
@@ -90,7 +106,7 @@ class Camera:
 
     def same_as(self, other: Camera) -> bool:
         """Whether both see the same."""
-        return self.record().tobytes() == other.record().tobytes()
+        return self.film_size == other.film_size and self.record().tobytes() == other.record().tobytes()
 
     def record(self) -> np.void:
         """The CAMERA record; valid as long as this lives."""

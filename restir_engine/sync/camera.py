@@ -1,11 +1,16 @@
 """The scene's camera object → `Camera`, with the frame that render settings give it."""
 
+from __future__ import annotations
+
 import math
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..scene.camera import PROJECTIONS, Camera
 from ..scene.errors import SceneError
+from ..scene.warnings import Warnings
 
 
 def sync_camera(depsgraph, warnings, camera_object=None) -> Camera:
@@ -31,19 +36,91 @@ def sync_camera(depsgraph, warnings, camera_object=None) -> Camera:
     )
 
 
-def sync_view(context, depsgraph) -> Camera:
-    """The camera of a 3D view: `context` has the region and its view. A camera's view has its depth of field."""
-    region, view = context.region, context.region_data
+class View(NamedTuple):
+    """What a 3D view shows: its camera, and where the camera's frame lies in the view's region.
+
+    frame: left, bottom, right, top in units of the region, from its lower left corner. A panorama's frame may be
+    smaller than the region or reach beyond it; that of any other camera is the region.
+    """
+
+    camera: Camera
+    frame: tuple[float, float, float, float]
+
+    def same_as(self, other: View | None) -> bool:
+        """Whether both show the same."""
+        return other is not None and self.frame == other.frame and self.camera.same_as(other.camera)
+
+
+_ALL = (0.0, 0.0, 1.0, 1.0)
+
+
+def sync_view(context, depsgraph) -> View:
+    """What a 3D view shows: `context` has the region and its view. A camera's view has its lens and its border."""
+    region, view, space = context.region, context.region_data, context.space_data
     step = pixel_size(context.scene.render, context.preferences.system.pixel_size)
     width, height = (max(-(-size // step), 1) for size in (region.width, region.height))
-    result = view_camera(np.array(view.view_matrix), np.array(view.window_matrix), width, height)
-    if view.view_perspective == "CAMERA":
-        space = context.space_data
-        camera_object = space.camera if space.use_local_camera else context.scene.camera
-        if camera_object is not None and camera_object.type == "CAMERA":
-            camera_object = camera_object.evaluated_get(depsgraph)
-            _read_lens(result, camera_object.data, _focus_location(camera_object.data))
-    return result
+    window = np.array(view.window_matrix)
+    camera, frame = view_camera(np.array(view.view_matrix), window, width, height), _ALL
+    seen_by = (space.camera if space.use_local_camera else context.scene.camera) if _in_camera(view) else None
+    if seen_by is not None and seen_by.type == "CAMERA":
+        seen_by = seen_by.evaluated_get(depsgraph)
+        data, focus = seen_by.data, _focus_location(seen_by.data)
+        around = camera_frame(data.view_frame(scene=context.scene), window)
+        if data.type == "PANO":
+            camera = _view_of_panorama(data, np.array(seen_by.matrix_world), around, width, height, focus)
+            frame = around
+        else:
+            camera = replace(camera, **_read_lens(data, camera.kind, camera.to_world, focus))
+        return View(_bordered(camera, view_border(context.scene.render, around)), frame)
+    own = (space.render_border_min_x, space.render_border_min_y, space.render_border_max_x, space.render_border_max_y)
+    return View(_bordered(camera, own if space.use_render_border and not _in_camera(view) else None), frame)
+
+
+def _in_camera(view) -> bool:
+    return view.view_perspective == "CAMERA"
+
+
+def camera_frame(corners, window: np.ndarray) -> tuple[float, float, float, float]:
+    """Where a camera's frame lies in a view through it: left, bottom, right, top in units of the region.
+
+    corners: of the frame in the camera's space, as `Camera.view_frame` gives them. window: view to clip coordinates,
+    which tells how far the view is zoomed and shifted.
+    """
+    points = np.column_stack([np.array(corners, np.float64), np.ones(len(corners))]) @ np.asarray(window, np.float64).T
+    places = 0.5 + 0.5 * points[:, :2] / points[:, 3:]
+    return (*places.min(0).tolist(), *places.max(0).tolist())
+
+
+def view_border(render, frame: tuple[float, float, float, float]) -> tuple[float, float, float, float] | None:
+    """The render border of a camera's view in units of the region, None where there is none. frame: the camera's."""
+    if not render.use_border:
+        return None
+    left, bottom, right, top = frame
+    x, y = (np.array([right, top]) - (left, bottom)).tolist()
+    return (
+        left + render.border_min_x * x,
+        bottom + render.border_min_y * y,
+        left + render.border_max_x * x,
+        bottom + render.border_max_y * y,
+    )
+
+
+def _bordered(camera: Camera, rectangle: tuple[float, float, float, float] | None) -> Camera:
+    """The camera of a view that renders a part of its region only, of a pixel at least; None: all of it."""
+    if rectangle is None:
+        return camera
+    x, y, width, height = camera.region or (0, 0, camera.width, camera.height)
+    low = [min(max(round(rectangle[k] * (width, height)[k]), 0), (width, height)[k] - 1) for k in (0, 1)]
+    high = [min(max(round(rectangle[k + 2] * (width, height)[k]), low[k] + 1), (width, height)[k]) for k in (0, 1)]
+    return replace(camera, region=(x + low[0], y + low[1], high[0] - low[0], high[1] - low[1]))
+
+
+def _view_of_panorama(data, matrix: np.ndarray, frame, width: int, height: int, focus) -> Camera:
+    """The camera of a view of so many pixels through a panoramic camera, whose frame lies there in it."""
+    left, bottom, right, top = frame
+    whole = max(round((right - left) * width), 1), max(round((top - bottom) * height), 1)
+    region = -round(left * width), -round(bottom * height), width, height
+    return read_camera(data, matrix, *whole, Warnings(), region=region, focus=focus)
 
 
 def pixel_size(render, screen: float) -> int:

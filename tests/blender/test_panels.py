@@ -144,7 +144,8 @@ def test_settings_come_from_properties_one_to_one(scene):
         "aovs",
         "extra_transparent",
     }
-    assert own - fields == {"use_animated_seed", "is_initialized", "preview_samples", "preview_sss_method"}
+    of_previews = {"preview_samples", "preview_sss_method", "use_preview_denoising"}
+    assert own - fields == {"use_animated_seed", "is_initialized", *of_previews}
     scene.restir.clamp_direct, scene.restir.pixel_filter, scene.restir.seed = 3.0, "BOX", 5
     scene.render.film_transparent, scene.frame_current = True, 4
     settings = render_settings(scene, bpy.context.view_layer)

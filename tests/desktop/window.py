@@ -1,58 +1,31 @@
 """What an artist does in the window, step by step on a timer, with a screenshot of each."""
 
-import gc
-import shutil
 import subprocess
 import sys
 import time
-import traceback
 from pathlib import Path
 
 import addon_utils
 import bpy
 from mathutils import Quaternion
 
+sys.path.append(str(Path(__file__).parent))
+from scripted import Log, areas, live_sessions, run, until, window_region
+
 OUT = Path(sys.argv[-1]).resolve()
 NAME = "bl_ext.user_default.restir_engine"
-LOG = (OUT / "window.txt").open("w")
-
-
-def note(text: str) -> None:
-    """A line of the log."""
-    print(text, file=LOG, flush=True)
-
-
-def screenshot(name: str) -> None:
-    """Save what is on the screen."""
-    path = str(OUT / f"{name}.png")
-    if shutil.which("import"):
-        subprocess.run(["import", "-window", "root", path], check=True)
-    else:
-        bpy.ops.screen.screenshot(filepath=path)
+note = Log(OUT / "window.txt")
+screenshot = note.screenshot
 
 
 def live_session():
     """The live session of the 3D view; None where there is none."""
-    sessions = (item for item in gc.get_objects() if type(item).__name__ == "LiveSession")
-    return next((item for item in sessions if not item._closed), None)
-
-
-def until(condition, seconds: float):
-    """Wait until something is so; it has to be within this time."""
-    started = time.monotonic()
-    while not condition():
-        assert time.monotonic() - started < seconds, f"not within {seconds} s"
-        yield 0.1
+    return next(iter(live_sessions()), None)
 
 
 def move(item: bpy.types.Object) -> None:
     """Lift an object."""
     item.location.z += 0.5
-
-
-def areas(kind: str) -> list[bpy.types.Area]:
-    """The areas of one kind on the screen."""
-    return [area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == kind]
 
 
 def rendered_view(scene: bpy.types.Scene, integrator: str):
@@ -64,10 +37,10 @@ def rendered_view(scene: bpy.types.Scene, integrator: str):
     yield from until(lambda: live_session() and live_session().picture is not None, 900.0)  # kernels may compile
     note(f"{integrator} in the 3D view: first picture after {time.monotonic() - started:.1f} s")
     live = live_session()
-    region = next(region for region in view.regions if region.type == "WINDOW")
+    region = window_region(view)
 
     def is_full() -> bool:
-        return live.picture.shape[:2] == (region.height, region.width)
+        return live.line.endswith(f"{region.width} × {region.height}")
 
     yield from until(is_full, 120.0)
     screenshot(name)
@@ -156,7 +129,7 @@ def steps():
     viewport = areas("VIEW_3D")[0]
     viewport.ui_type = "ShaderNodeTree"
     yield 1.0
-    region = next(region for region in viewport.regions if region.type == "WINDOW")
+    region = window_region(viewport)
     with bpy.context.temp_override(window=window, area=viewport, region=region):
         bpy.ops.wm.call_menu("INVOKE_DEFAULT", name="NODE_MT_category_shader_shader")
     yield 1.0
@@ -176,20 +149,6 @@ def steps():
     addon_utils.enable(NAME, default_set=True)
     bpy.ops.wm.read_homefile()
     yield 1.0
-    note("finished")
 
 
-def run(generator) -> float | None:
-    """One step of the script; quits at its end."""
-    try:
-        return next(generator)
-    except StopIteration:
-        pass
-    except BaseException:
-        note(traceback.format_exc())
-    bpy.ops.wm.quit_blender()
-    return None
-
-
-script = steps()
-bpy.app.timers.register(lambda: run(script), first_interval=2.0, persistent=True)
+run(steps(), note)

@@ -14,7 +14,7 @@ LAYERS = (
     {"embree"},
     {"kernels"},
     {"scene"},
-    {"context", "options", "settings", "reuse_settings", "film", "adaptive", "denoise", "presets"},
+    {"context", "options", "settings", "reuse_settings", "film", "adaptive", "denoise", "presets", "pace", "upscale"},
     {"integrators"},
     {"session", "live_session"},
     {"properties", "sync", "engine", "viewport", "background"},
