@@ -2,19 +2,20 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import store_f64
 from restir_engine.kernels.geometry.panorama import panorama_direction, panorama_place
 from restir_engine.scene.errors import SceneError
 from restir_engine.scene.warnings import Warnings
-from restir_engine.sync.camera import pixel_size, sync_camera, view_camera
+from restir_engine.sync.camera import pixel_size, sync_camera, sync_view, view_camera
 from testing.blender import probe
 
 EXTENT = 8.0
@@ -306,3 +307,72 @@ def test_pixels_of_the_view_are_as_large_as_the_artist_wants(room):
     for chosen, screen, expected in (("AUTO", 1.0, 1), ("AUTO", 2.0, 2), ("1", 2.0, 1), ("4", 1.0, 4)):
         room.render.preview_pixel_size = chosen
         assert pixel_size(room.render, screen) == expected
+
+
+def view_through(scene, zoom: float = 1.0, shift=(0.0, 0.0), **of_space):
+    """The context of a 3D view through the scene's camera, whose frame has the view's size times `zoom`."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    render, camera = scene.render, scene.camera.evaluated_get(depsgraph)
+    window = np.array(camera.calc_matrix_camera(depsgraph, x=render.resolution_x, y=render.resolution_y))
+    window = np.diag([zoom, zoom, 1.0, 1.0]) @ window
+    window[0] += shift[0] * window[3]
+    window[1] += shift[1] * window[3]
+    space = {"use_local_camera": False, "camera": None, "use_render_border": False}
+    space |= {f"render_border_{end}_{axis}": float(end == "max") for end in ("min", "max") for axis in "xy"}
+    location, rotation, _ = camera.matrix_world.decompose()
+    placed = Matrix.Translation(location) @ rotation.to_matrix().to_4x4()
+    return SimpleNamespace(
+        region=SimpleNamespace(width=render.resolution_x, height=render.resolution_y),
+        region_data=SimpleNamespace(
+            view_matrix=placed.inverted(), window_matrix=window, view_perspective=of_space.pop("perspective", "CAMERA")
+        ),
+        space_data=SimpleNamespace(**space | of_space),
+        scene=scene,
+        preferences=SimpleNamespace(system=SimpleNamespace(pixel_size=1.0)),
+    )
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO", "PANO"])
+def test_a_view_through_a_camera_is_what_the_camera_sees(room, kind):
+    """With lens, shift and sensor fit, where the frame fills the view."""
+    data = room.camera.data
+    data.type, data.shift_x, data.shift_y, data.sensor_fit = kind, 0.1, -0.2, "VERTICAL"
+    data.dof.use_dof, data.dof.focus_distance, data.dof.aperture_fstop = True, 3.0, 0.5
+    if kind == "PANO":
+        panorama(data).panorama_type = "EQUIRECTANGULAR"
+        data.shift_x = data.shift_y = 0.0
+    bpy.context.view_layer.update()
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    found, expected = sync_view(view_through(room), depsgraph).camera, sync_camera(depsgraph, Warnings())
+    assert found.film_size == expected.film_size
+    a, b = found.record(), expected.record()
+    names = ["kind", "width", "height", "screen", "aperture", "focus_distance", "panorama", "region_x", "region_y"]
+    for name in names:
+        np.testing.assert_allclose(a[name], b[name], rtol=1e-4, atol=1e-5, err_msg=name)
+
+
+def test_borders_of_a_view(room):
+    """Its own beside the camera's view, in which the camera's counts, within the frame as it is zoomed and moved."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    own = {"use_render_border": True, "render_border_min_x": 0.25, "render_border_max_y": 0.5}
+    view = sync_view(view_through(room, perspective="PERSP", **own), depsgraph)
+    assert view.camera.region == (4, 0, 12, 6)
+    assert sync_view(view_through(room, **own), depsgraph).camera.region is None
+    render = room.render
+    render.use_border, render.border_min_x, render.border_max_x = True, 0.5, 1.0
+    render.border_min_y, render.border_max_y = 0.0, 0.5
+    assert sync_view(view_through(room), depsgraph).camera.region == (8, 0, 8, 6)
+    assert sync_view(view_through(room, zoom=0.5), depsgraph).camera.region == (8, 3, 4, 3)
+    assert sync_view(view_through(room, zoom=0.5, shift=(0.5, 0.0)), depsgraph).camera.region == (12, 3, 4, 3)
+    assert sync_view(view_through(room, zoom=2.0), depsgraph).camera.region == (8, 0, 8, 6)
+
+
+def test_a_panorama_lies_where_the_cameras_frame_does(room):
+    data = room.camera.data
+    data.type = "PANO"
+    panorama(data).panorama_type = "EQUIRECTANGULAR"
+    bpy.context.view_layer.update()
+    view = sync_view(view_through(room, zoom=0.5), bpy.context.evaluated_depsgraph_get())
+    np.testing.assert_allclose(view.frame, (0.25, 0.25, 0.75, 0.75), atol=1e-6)
+    assert (view.camera.width, view.camera.height, view.camera.region) == (8, 6, (-4, -3, 16, 12))
+    assert view.camera.rectangle == (-0.5, -0.5, 1.5, 1.5)
