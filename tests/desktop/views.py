@@ -52,7 +52,8 @@ def what_views_show(scene: bpy.types.Scene):
     view = areas("VIEW_3D")[0]
     space, region = view.spaces[0], window_region(view)
     space.shading.type = "RENDERED"
-    yield from until(lambda: live_sessions() and live_sessions()[0].shown is not None, 60.0)
+    yield from until(lambda: live_sessions() and live_sessions()[0].shown is not None, 60.0, 0.02)
+    yield 0.2
     note.screenshot("plain")
     yield from at_rest(900.0)
     note.screenshot("region")
@@ -237,4 +238,5 @@ def steps():
     note("played, undone, two views, final render meanwhile, deleted, closed")
 
 
+bpy.context.preferences.view.show_splash = False
 run(steps(), note)

@@ -1,0 +1,221 @@
+"""The 3D view beside Cycles', in Blender's window: time to the first new picture after a change, and error after it.
+
+    blender --python-exit-code 1 --python benchmarks/view.py -- FOLDER [--engines PATH RESTIR CYCLES] [--reference 15]
+
+Needs a window (or a virtual screen) and the extension installed. The scene is Suzanne with skin under an HDRI and an
+area light, on a floor, and a ball of 100,000 triangles. After each change pictures are read off the screen, as they are
+drawn, with overlays off, in the colours that are displayed. *first*: seconds from the change to the first picture in
+which more than 0.3 % of the blocks of 16 × 16 pixels have changed by more than 0.02. Errors are relative mean squares,
+mean of (x - r)² / (r² + 0.01) without the worst 0.1 % of the pixels, so many seconds after the change, against what the
+same engine shows --reference seconds after it. *orbit*: pictures a second while the view turns by 16 steps of 0.05 s,
+and the error right after the last one. Each change ends where it began, so that all engines see the same scenes.
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Quaternion
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "desktop"))
+from scripted import Log, areas, run, window_region
+
+NAME = "bl_ext.user_default.restir_engine"
+MOMENTS = (0.3, 1.0, 4.0)
+BLOCK, CHANGED, SHARE = 16, 0.02, 0.003
+STEPS, STEP = 16, 0.05
+
+
+class Screen:
+    """Reads a 3D view off the screen whenever it is drawn. pictures: (time, float32 (height, width, 3))."""
+
+    def __init__(self) -> None:
+        self.pictures: list[tuple[float, np.ndarray]] = []
+        self.reading = False
+        self._region = window_region(areas("VIEW_3D")[0])
+        self._handle = bpy.types.SpaceView3D.draw_handler_add(self._drawn, (), "WINDOW", "POST_PIXEL")
+
+    def _drawn(self) -> None:
+        import gpu
+
+        if not self.reading:
+            return
+        width, height = self._region.width, self._region.height
+        color = gpu.types.Buffer("FLOAT", width * height * 4)
+        gpu.state.active_framebuffer_get().read_color(0, 0, width, height, 4, 0, "FLOAT", data=color)
+        pixels = np.array(color, np.float32).reshape(height, width, 4)[..., :3]
+        if not self.pictures or not np.array_equal(pixels, self.pictures[-1][1]):
+            self.pictures.append((time.perf_counter(), pixels))
+
+    def close(self) -> None:
+        """Read no more."""
+        bpy.types.SpaceView3D.draw_handler_remove(self._handle, "WINDOW")
+
+
+def blocks(picture: np.ndarray) -> np.ndarray:
+    """Means of blocks."""
+    height, width = (size // BLOCK * BLOCK for size in picture.shape[:2])
+    return picture[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, 3).mean((1, 3))
+
+
+def has_changed(picture: np.ndarray, before: np.ndarray) -> bool:
+    """Whether two pictures differ by more than noise."""
+    return (np.abs(blocks(picture) - blocks(before)).max(2) > CHANGED).mean() > SHARE
+
+
+def error(picture: np.ndarray, reference: np.ndarray) -> float:
+    """Relative mean square error, without the worst 0.1 % of the pixels."""
+    each = np.sort((((picture - reference) ** 2) / (reference**2 + 0.01)).mean(2).ravel())
+    return float(each[: each.size - each.size // 1000].mean())
+
+
+def stage() -> None:
+    """The scene."""
+    scene = bpy.context.window_manager.windows[0].scene
+    for item in [item for item in scene.objects if item.type != "CAMERA"]:
+        bpy.data.objects.remove(item)
+    scene.view_settings.view_transform = "Standard"
+    bpy.ops.mesh.primitive_plane_add(size=14.0, location=(0.0, 0.0, -1.0))
+    bpy.ops.mesh.primitive_monkey_add(location=(0.0, 0.0, 0.0))
+    monkey = bpy.context.object
+    modifier = monkey.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = modifier.render_levels = 2
+    skin = bpy.data.materials.new("Skin")
+    node = next(node for node in skin.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    values = {"Base Color": (0.8, 0.5, 0.4, 1.0), "Subsurface Weight": 1.0, "Subsurface Scale": 0.1}
+    for name, value in values.items():
+        node.inputs[name].default_value = value
+    monkey.data.materials.append(skin)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=320, ring_count=157, radius=0.6, location=(1.8, 0.8, -0.4))
+    bpy.context.object.name = "Ball"
+    bpy.ops.object.light_add(type="AREA", location=(2.0, -2.0, 3.0), rotation=(0.7, 0.3, 0.0))
+    bpy.context.object.name, bpy.context.object.data.energy = "Lamp", 200.0
+    tree = scene.world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexEnvironment")
+    folder = bpy.utils.system_resource("DATAFILES")
+    sky.image = bpy.data.images.load(f"{folder}/studiolights/world/forest.exr")
+    tree.links.new(sky.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    scene.cycles.use_preview_adaptive_sampling = scene.cycles.use_preview_denoising = False
+    scene.cycles.preview_samples = scene.restir.preview_samples = 4096
+    scene.restir.is_initialized, scene.restir.preview_sss_method = True, "FROM_MATERIAL"
+
+
+def turn(sign: int) -> None:
+    areas("VIEW_3D")[0].spaces[0].region_3d.view_rotation.rotate(Quaternion((0.0, 0.0, 1.0), sign * 0.2))
+
+
+def move(sign: int) -> None:
+    bpy.data.objects["Suzanne"].location.x += sign * 0.3
+
+
+def paint(sign: int) -> None:
+    node = next(node for node in bpy.data.materials["Skin"].node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    node.inputs["Base Color"].default_value = (0.3, 0.6, 0.4, 1.0) if sign > 0 else (0.8, 0.5, 0.4, 1.0)
+
+
+def light(sign: int) -> None:
+    bpy.data.objects["Lamp"].data.energy = 600.0 if sign > 0 else 200.0
+
+
+def mesh(sign: int) -> None:
+    data = bpy.data.objects["Ball"].data
+    places = np.empty(3 * len(data.vertices), np.float32)
+    data.vertices.foreach_get("co", places)
+    places.reshape(-1, 3)[:, 2] *= 1.5**sign
+    data.vertices.foreach_set("co", places)
+    data.update()
+
+
+CHANGES = {"turn": turn, "move": move, "material": paint, "light": light, "mesh": mesh}
+
+
+def measured(screen: Screen, change, reference: float):
+    """Make a change and wait; returns (first, errors)."""
+    before = screen.pictures[-1][1]
+    screen.pictures.clear()
+    began = time.perf_counter()
+    change(1)
+    yield reference
+    pictures = [(when - began, picture) for when, picture in screen.pictures]
+    new = [(when, picture) for when, picture in pictures if has_changed(picture, before)]
+    final = pictures[-1][1] if pictures else before
+    errors = []
+    for moment in MOMENTS:
+        shown = [picture for when, picture in pictures if when <= moment]
+        errors.append(error(shown[-1] if shown else before, final))
+    screen.pictures[:] = screen.pictures[-1:]
+    change(-1)
+    return (new[0][0] if new else float("nan")), errors
+
+
+def orbit(screen: Screen, reference: float):
+    """Turn the view in steps; returns (pictures a second, error after the last step)."""
+    screen.pictures.clear()
+    began = time.perf_counter()
+    for _ in range(STEPS):
+        turn(0.1)
+        yield STEP
+    ended, last = time.perf_counter(), len(screen.pictures)
+    shown = screen.pictures[-1][1] if screen.pictures else None
+    yield reference
+    final = screen.pictures[-1][1]
+    rate = last / (ended - began)
+    screen.pictures[:] = screen.pictures[-1:]
+    return rate, float("nan") if shown is None else error(shown, final)
+
+
+def steps(options: argparse.Namespace, log: Log):
+    """The script."""
+    import addon_utils
+
+    addon_utils.enable(NAME, default_set=True)
+    yield 1.0
+    stage()
+    scene = bpy.context.window_manager.windows[0].scene
+    view = areas("VIEW_3D")[0]
+    space = view.spaces[0]
+    space.overlay.show_overlays = space.show_gizmo = False
+    screen = Screen()
+    log(f"{window_region(view).width} × {window_region(view).height}, Blender {bpy.app.version_string}\n")
+    moments = " | ".join(f"{moment:g} s" for moment in MOMENTS)
+    log(f"| engine | change | first, s | {moments} |\n|---|---|---|{'---|' * len(MOMENTS)}")
+    for engine in options.engines:
+        scene.render.engine = "CYCLES" if engine == "CYCLES" else "RESTIR"
+        if engine != "CYCLES":
+            scene.restir.integrator = engine
+        space.shading.type = "RENDERED"
+        screen.reading = True
+        yield options.warm if engine != "CYCLES" else options.reference
+        for name, change in CHANGES.items():
+            first, errors = yield from measured(screen, change, options.reference)
+            log(f"| {engine} | {name} | {first:.2f} | {' | '.join(f'{value:.4f}' for value in errors)} |")
+            yield options.reference / 2
+        rate, after = yield from orbit(screen, options.reference)
+        log(f"| {engine} | orbit | {rate:.1f} a second | {after:.4f} right after |{' |' * (len(MOMENTS) - 1)}")
+        log.screenshot(f"view_{engine.lower()}")
+        for _ in range(STEPS):
+            turn(-0.1)
+        screen.reading = False
+        space.shading.type = "SOLID"
+        yield 1.0
+    screen.close()
+
+
+def main() -> None:
+    """Read the arguments behind `--`, and begin."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--engines", nargs="+", default=["PATH", "RESTIR", "CYCLES"])
+    parser.add_argument("--reference", type=float, default=15.0, help="seconds after a change")
+    parser.add_argument("--warm", type=float, default=60.0, help="seconds for kernels to load or compile")
+    options = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
+    options.folder.mkdir(parents=True, exist_ok=True)
+    bpy.context.preferences.view.show_splash = False
+    log = Log(options.folder.resolve() / "view.txt")
+    run(steps(options, log), log)
+
+
+main()
