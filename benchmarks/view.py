@@ -12,6 +12,7 @@ and the error right after the last one. Each change ends where it began, so that
 """
 
 import argparse
+import runpy
 import sys
 import time
 from pathlib import Path
@@ -20,8 +21,8 @@ import bpy
 import numpy as np
 from mathutils import Quaternion
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "desktop"))
-from scripted import Log, areas, run, window_region
+scripted = runpy.run_path(str(Path(__file__).resolve().parents[1] / "testing" / "blender" / "scripted.py"))
+Log, areas, run, window_region = map(scripted.get, ("Log", "areas", "run", "window_region"))
 
 NAME = "bl_ext.user_default.restir_engine"
 MOMENTS = (0.3, 1.0, 4.0)

@@ -38,6 +38,8 @@ class RestirEngine(bpy.types.RenderEngine):
     # Of the render that is going on: without Persistent Data each frame of an animation has an engine of its own.
     kept = None
 
+    past = 0  # counts undo, redo and loading, after which datablocks may be others than before
+
     def __init__(self, *args, **kwargs) -> None:
         super().__init__(*args, **kwargs)
         self.scene = None
@@ -111,7 +113,7 @@ class RestirEngine(bpy.types.RenderEngine):
             from .viewport import Viewport
 
             self.view = Viewport()
-        self.view.update(context, depsgraph)
+        self.view.update(self, context, depsgraph)
 
     def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Show what has been rendered of it."""
@@ -253,7 +255,20 @@ def give_up(scene: bpy.types.Scene | None = None, *_) -> None:
         RestirEngine.kept = None
 
 
-GIVE_UP_AT = ("render_complete", "render_cancel", "load_pre")
+@bpy.app.handlers.persistent
+def note_past(*_) -> None:
+    """The file is another one, or as it was."""
+    RestirEngine.past += 1
+
+
+HANDLERS = {
+    "render_complete": give_up,
+    "render_cancel": give_up,
+    "load_pre": give_up,
+    "undo_post": note_past,
+    "redo_post": note_past,
+    "load_post": note_past,
+}
 
 
 def register() -> None:
@@ -262,15 +277,15 @@ def register() -> None:
     properties.register()
     if not RestirEngine.is_registered:
         bpy.utils.register_class(RestirEngine)
-        for name in GIVE_UP_AT:
-            getattr(bpy.app.handlers, name).append(give_up)
+        for name, handler in HANDLERS.items():
+            getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
     """Take both away; a scene that uses the engine keeps its name and says that it is missing."""
     if RestirEngine.is_registered:
         bpy.utils.unregister_class(RestirEngine)
-        for name in GIVE_UP_AT:
-            getattr(bpy.app.handlers, name).remove(give_up)
+        for name, handler in HANDLERS.items():
+            getattr(bpy.app.handlers, name).remove(handler)
         give_up()
     properties.unregister()

@@ -34,9 +34,12 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-MOVING = 0.08  # seconds that a picture may take while something moves, for ten a second with what else is done
+MOVING = 0.06  # seconds that a picture may take while something moves, so that the first is there after 0.1
 GUIDED = 3  # a coarse picture is shown in so many times the pixels along a side, or in all of the view's
 DENOISING = 0.25  # of the time, at most
+# What the last coarse picture counts for, in samples, among the first ones in all pixels. It is blurred within surfaces
+# but has less noise; when all samples are there it is left out. Where the sky is seen it counts for nothing.
+GUESS = 2.0
 _MOST = 65000.0  # float16, which textures hold, ends soon after
 
 
@@ -78,6 +81,7 @@ class LiveSession:
         self._histories: dict[int, History] = {}  # by step, of the last two steps
         self._trees = Trees(instanced=True)
         self._committed: tuple[SceneDescription, Scene] | None = None
+        self._guess: tuple[np.ndarray, np.ndarray] | None = None  # the last coarse picture in all pixels, its weights
         self._way: tuple[RenderSettings, tuple, RenderSettings] | None = None
         self._sessions = 0
         self._denoised = self._denoising = 0.0  # when it was last done, and how long it took
@@ -150,7 +154,7 @@ class LiveSession:
         step = self._pace.choose(width * height)
         # Never cut short: while something moves there is always a newer request.
         self._coarse(request, scene, step, lambda: self._closed)
-        while step > 2 and not self._outdated():
+        while step > 3 and not self._outdated():
             step = -(-step // 2)
             self._coarse(request, scene, step, self._outdated)
         if not self._outdated():
@@ -166,10 +170,12 @@ class LiveSession:
             return
         if session.history is not None:
             self._histories = {**dict([*self._histories.items()][-1:]), step: session.history}
-        pixels = session.combined()
+        pixels, self._guess = session.combined(), None
         fine = request.camera.coarser(max(round(step / GUIDED), 1))
         if fine.film_size != camera.film_size:
-            pixels = upscaled(pixels, camera, fine, scene, request.settings.threads)
+            pixels, surfaces = upscaled(pixels, camera, fine, scene, request.settings.threads)
+            if fine.film_size == request.camera.film_size:
+                self._guess = pixels, np.where(surfaces, np.float32(GUESS), np.float32(0.0))[..., None]
         self._pace.took(camera.film_size[0] * camera.film_size[1], time.perf_counter() - began)
         self._tell(request, session.status, camera)
         self._show(pixels, fine, request)
@@ -187,7 +193,7 @@ class LiveSession:
             if not session.film.samples or session.cancelled:
                 return
             if not settings.use_denoising:
-                self._show(session.combined(), session.camera, request)
+                self._show(self._with_guess(session.combined(), session.film.samples), session.camera, request)
             elif time.perf_counter() - self._denoised > self._denoising / DENOISING:
                 began = time.perf_counter()
                 pixels = denoise(session.film, settings.denoising_quality, scene.warnings)
@@ -198,6 +204,13 @@ class LiveSession:
         session.render(self._outdated, lambda status: self._tell(request, status, session.camera), keep)
         if not session.cancelled:
             self._show(session.combined(), session.camera, request)
+
+    def _with_guess(self, pixels: np.ndarray, samples: int) -> np.ndarray:
+        """The mean of so many samples, and of the last coarse picture as some more of them."""
+        if self._guess is None:
+            return pixels
+        guess, weight = self._guess
+        return (samples * pixels + weight * guess) / (samples + weight)
 
     def _chosen(self, settings: RenderSettings, scene: Scene) -> RenderSettings:
         """The settings, with the way of lighting that was found best for them and for such lights."""

@@ -22,10 +22,12 @@ _ROWS = 16  # that a thread fills at a time
 KERNELS = [guide_rows, upscale_rows]
 
 
-def upscaled(picture: np.ndarray, coarse: Camera, fine: Camera, scene: Scene, threads: int = 0) -> np.ndarray:
+def upscaled(
+    picture: np.ndarray, coarse: Camera, fine: Camera, scene: Scene, threads: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
     """A picture (height, width, 4) of `coarse` in the pixels of `fine`, the same view: float32, as `picture`.
 
-    threads: 0: as many as the machine has cores.
+    Also which pixels show a surface, bool (height, width). threads: 0: as many as the machine has cores.
     """
     width, height = fine.film_size
     context = FrameContext(scene, replace(fine, aperture=0.0))
@@ -50,7 +52,7 @@ def upscaled(picture: np.ndarray, coarse: Camera, fine: Camera, scene: Scene, th
         shares = [rows[k::count] for k in range(count)]
         list(pool.map(partial(_all, fill_guide), shares))
         list(pool.map(lambda pair: upscale_rows(record, *pair), rows))
-    return result
+    return result, guide["distance"] > 0.0
 
 
 def _all(fill, rows: list[tuple[int, int]]) -> None:

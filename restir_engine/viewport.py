@@ -17,7 +17,7 @@ from .sync.live import LiveReader
 
 log = logging.getLogger(__name__)
 
-REDRAW_INTERVAL = 0.04  # seconds until the view is drawn again while there is more to come
+REDRAW_INTERVAL = 0.02  # seconds until the view is drawn again while there is more to come
 
 
 class Viewport:
@@ -32,14 +32,20 @@ class Viewport:
         self._scene = self._settings = self._view = self._filters = self._texture = None
         self._shown = None  # the picture in the texture
         self._problem = ""
+        self._past = 0
         self._will_draw = False
 
     def __del__(self) -> None:
         # Blender gives up an engine without a word; in a __del__ of its own its attributes cannot be read any more.
         self._session.close()
 
-    def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+    def update(
+        self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph
+    ) -> None:
         """Read what has changed of the scene and render it, where it can be seen: a selection cannot."""
+        if engine.past != self._past:
+            self._past = engine.past
+            self._reader.forget()
         settings, known = settings_of(depsgraph), self._settings
         self._problem, self._settings, self._filters = "", settings, filters(context.space_data)
         try:
@@ -57,7 +63,7 @@ class Viewport:
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Follow the view and the settings where they have changed, and draw the picture so far."""
         if settings_of(depsgraph) != self._settings or filters(context.space_data) != self._filters:
-            self.update(context, depsgraph)
+            self.update(engine, context, depsgraph)
         if self._scene is not None and not self._problem:
             view = sync_view(context, depsgraph)
             if not view.same_as(self._view):

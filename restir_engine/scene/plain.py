@@ -9,6 +9,7 @@ from ..embree.scenes import Placed, WorldScene
 from ..kernels.core.records import RAY_CAMERA
 from .camera import Camera
 from .description import SceneDescription
+from .mesh import Mesh
 from .trees import Trees
 
 _RAYS = 8_000  # at 1.5 µs each
@@ -16,7 +17,7 @@ _GREY, _BACKGROUND = 0.6, 0.05
 
 
 def plain_picture(scene: SceneDescription, camera: Camera, trees: Trees) -> np.ndarray | None:
-    """A coarse picture (height, width, 4), lit from the eye; None of a panorama."""
+    """A coarse picture (height, width, 4) of the meshes, lit from the eye; None of a panorama."""
     if camera.kind == "PANO":
         return None
     width, height = camera.film_size
@@ -24,9 +25,11 @@ def plain_picture(scene: SceneDescription, camera: Camera, trees: Trees) -> np.n
     width, height = camera.film_size
     rows = scene.instances
     transforms = np.ascontiguousarray(rows["to_world"], np.float32)
+    is_mesh = np.array([isinstance(shape, Mesh) for shape in scene.meshes], bool)  # other shapes need compiled code
+    masks = np.where(is_mesh[rows["mesh"]], rows["seen_by"] & RAY_CAMERA, 0)
     content = [
-        Placed(int(seen_by) & RAY_CAMERA, transform, scene=trees.of(scene.meshes[mesh]))
-        for mesh, transform, seen_by in zip(rows["mesh"].tolist(), transforms, rows["seen_by"], strict=True)
+        Placed(mask, transform, scene=trees.of(scene.meshes[mesh]) if mask else None)
+        for mesh, transform, mask in zip(rows["mesh"].tolist(), transforms, masks.tolist(), strict=True)
     ]
     o, d = _rays(camera, width, height)
     instance, normal = first_hits(WorldScene(content), o, d)

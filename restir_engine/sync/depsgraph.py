@@ -321,9 +321,10 @@ class _Reader:
         """What an evaluated object's data is rendered as; None: it is empty."""
         if is_grids(item):
             return read_grids(self.scene, item, self._cache.volumes)
-        if not isinstance(data, bpy.types.Mesh):
-            return self._read_others(data)
         place = memory_of(data, (item, data, instance.parent, instance.instance_object))
+        if not isinstance(data, bpy.types.Mesh):
+            key = place, strand_look(self.depsgraph.scene_eval)
+            return self._cache.kept(key, place, self.scene, lambda: self._read_others(data))
         mesh = self._cache.untouched(self.scene, data, place)
         if mesh is None:
             with readable(item, data, self.depsgraph) as source:

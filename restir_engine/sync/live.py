@@ -8,7 +8,7 @@ import numpy as np
 
 from ..scene.camera import Camera
 from ..scene.description import SceneDescription
-from ..scene.mesh import Mesh
+from ..scene.shape import Shape
 from ..settings import RenderSettings
 from .changes import changes
 from .depsgraph import read_scene
@@ -79,10 +79,12 @@ def same_picture(a: SceneDescription, b: SceneDescription) -> bool:
     )
 
 
-def _same_mesh(a: Mesh, b: Mesh) -> bool:
+def _same_mesh(a: Shape, b: Shape) -> bool:
     """Whether two are one mesh, maybe with its normals made for one place twice."""
+    if a is b or type(a) is not type(b):
+        return a is b
     same = all(value is getattr(b, name) for name, value in vars(a).items() if name != "normals")
-    return a is b or (same and np.array_equal(a.normals, b.normals))
+    return same and np.array_equal(getattr(a, "normals", None), getattr(b, "normals", None))
 
 
 def _bytes(instances: np.ndarray) -> bytes:

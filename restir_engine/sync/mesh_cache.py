@@ -12,7 +12,7 @@ nothing names, is not even looked at.
 from __future__ import annotations
 
 import copy
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
 import bpy
@@ -23,6 +23,7 @@ from ..scene import names
 from ..scene.description import SceneDescription
 from ..scene.mesh import Mesh
 from ..scene.recent import Recent
+from ..scene.shape import Shape
 from .mesh import LAYOUTS, add_attributes, byte_colors, read_mesh
 
 # Attributes that others are told apart by; all others that begin with a dot are selections and the like.
@@ -30,7 +31,7 @@ _TOPOLOGY = (".edge_verts", ".corner_vert")
 
 
 class _Kept(NamedTuple):
-    mesh: Mesh
+    mesh: Shape | None
     asked: int  # how many names of attributes were known when it was read
 
 
@@ -59,6 +60,7 @@ class MeshCache:
         self._meshes: Recent[_Kept] = Recent()  # by shape and look
         self._shapes: Recent[Mesh] = Recent()
         self._standing: Recent[_Standing] = Recent()
+        self._others: Recent[_Kept] = Recent()  # strands and spheres
         self._changed: frozenset[int] | None = None
         self.volumes: Recent = Recent()  # grids of files, see volumes
         self._memory = np.empty(0, np.uint8)  # where what is only looked at is read to
@@ -69,7 +71,7 @@ class MeshCache:
         changed: `session_uid`s of objects and data whose geometry has been evaluated anew; None: that is not known.
         """
         self._changed = changed
-        for recent in (self._meshes, self._shapes, self._standing, self.volumes):
+        for recent in (self._meshes, self._shapes, self._standing, self._others, self.volumes):
             recent.next_frame()
 
     def untouched(self, scene: SceneDescription, data: bpy.types.Mesh, memory: Memory) -> Mesh | None:
@@ -86,6 +88,15 @@ class MeshCache:
         mesh = _extended(scene, data, kept.mesh)
         self._meshes.put(standing.key, _Kept(mesh, len(scene.attribute_names)))
         return mesh
+
+    def kept(
+        self, key: Hashable, memory: Memory, scene: SceneDescription, read: Callable[[], Shape | None]
+    ) -> Shape | None:
+        """What `read` gives of data that is no mesh; where nothing has named it since, what it gave for this key."""
+        known = None if self._changed is None or memory.owners & self._changed else self._others.get(key)
+        if known is None or known.asked != len(scene.attribute_names):
+            known = self._others.put(key, _Kept(read(), len(scene.attribute_names)))
+        return known.mesh
 
     def read(
         self, scene: SceneDescription, data: bpy.types.Mesh, deformed: bool, memory: Memory | None = None

@@ -10,6 +10,7 @@ than 50 MB between a fifth of the time and its end.
 
 import argparse
 import random
+import runpy
 import sys
 import threading
 import time
@@ -19,8 +20,10 @@ import addon_utils
 import bpy
 from mathutils import Quaternion
 
-sys.path.append(str(Path(__file__).parent))
-from scripted import Log, areas, live_sessions, run, until, window_region
+scripted = runpy.run_path(str(Path(__file__).resolve().parents[2] / "testing" / "blender" / "scripted.py"))
+Log, areas, live_sessions, run, until, window_region = map(
+    scripted.get, ("Log", "areas", "live_sessions", "run", "until", "window_region")
+)
 
 MOST_GROWTH = 50.0  # MB
 

@@ -4,6 +4,7 @@ blender --python-exit-code 1 --python tests/desktop/views.py -- FOLDER
 """
 
 import math
+import runpy
 import sys
 import threading
 import time
@@ -13,8 +14,10 @@ import addon_utils
 import bpy
 from mathutils import Quaternion
 
-sys.path.append(str(Path(__file__).parent))
-from scripted import Log, areas, live_sessions, run, until, window_region
+scripted = runpy.run_path(str(Path(__file__).resolve().parents[2] / "testing" / "blender" / "scripted.py"))
+Log, areas, live_sessions, run, until, window_region = map(
+    scripted.get, ("Log", "areas", "live_sessions", "run", "until", "window_region")
+)
 
 note = Log(Path(sys.argv[-1]).resolve() / "views.txt")
 
@@ -165,6 +168,7 @@ def while_it_renders(scene: bpy.types.Scene):
     with bpy.context.temp_override(**override):
         bpy.ops.ed.undo()
     yield from at_rest()
+    scene = window.scene  # the one before is not the one after an undo
     assert abs(bpy.data.objects["Suzanne"].location.z) < 1e-6
     note.screenshot("undone")
     with bpy.context.temp_override(**override):

@@ -1,5 +1,6 @@
 """What an artist does in the window, step by step on a timer, with a screenshot of each."""
 
+import runpy
 import subprocess
 import sys
 import time
@@ -9,8 +10,10 @@ import addon_utils
 import bpy
 from mathutils import Quaternion
 
-sys.path.append(str(Path(__file__).parent))
-from scripted import Log, areas, live_sessions, run, until, window_region
+scripted = runpy.run_path(str(Path(__file__).resolve().parents[2] / "testing" / "blender" / "scripted.py"))
+Log, areas, live_sessions, run, until, window_region = map(
+    scripted.get, ("Log", "areas", "live_sessions", "run", "until", "window_region")
+)
 
 OUT = Path(sys.argv[-1]).resolve()
 NAME = "bl_ext.user_default.restir_engine"
