@@ -319,9 +319,10 @@ class _Reader:
 
     def _read(self, instance, item, data) -> Shape | None:
         """What an evaluated object's data is rendered as; None: it is empty."""
-        if is_grids(item):
-            return read_grids(self.scene, item, self._cache.volumes)
         place = memory_of(data, (item, data, instance.parent, instance.instance_object))
+        if is_grids(item):
+            key = place, self.scene.time
+            return self._cache.kept(key, place, self.scene, lambda: read_grids(self.scene, item, self._cache.volumes))
         if not isinstance(data, bpy.types.Mesh):
             key = place, strand_look(self.depsgraph.scene_eval)
             return self._cache.kept(key, place, self.scene, lambda: self._read_others(data))

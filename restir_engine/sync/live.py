@@ -75,6 +75,7 @@ def same_picture(a: SceneDescription, b: SceneDescription) -> bool:
         and a.images.same_as(b.images)
         and a.lights.lamps.tobytes() == b.lights.lamps.tobytes()
         and a.world == b.world
+        and a.aovs == b.aovs
         and (a.frame, a.time, a.frames_per_second) == (b.frame, b.time, b.frames_per_second)
     )
 

@@ -64,8 +64,8 @@ class Materials:
             stale, self._kept = {*self._indices, *self._lights}, (0, 0)
         else:
             named = changes.shaders | changes.places
-            datablocks = {uid for uid, objects in self._objects.items() if uid in named or objects & named}
-            stale = {key for key in (*self._indices, *self._lights) if key[0] in datablocks}
+            known = {*self._indices, *self._lights}
+            stale = {key for key in known if key[0] in named or self._objects.get(key[0], set()) & named}
         self._stale |= stale
         for key in stale:
             self._lights.pop(key, None)
