@@ -8,6 +8,7 @@ have all pixels, in which samples then accumulate; then nothing is done any more
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -36,6 +37,7 @@ log = logging.getLogger(__name__)
 
 MOVING = 0.06  # seconds that a picture may take while something moves, so that the first is there after 0.1
 GUIDED = 3  # a coarse picture is shown in so many times the pixels along a side, or in all of the view's
+REUSED = 250_000  # pixels that a picture with reuse may have: it and the one before keep a kilobyte of each
 DENOISING = 0.25  # of the time, at most
 # What the last coarse picture counts for, in samples, among the first ones in all pixels. It is blurred within surfaces
 # but has less noise; when all samples are there it is left out. Where the sky is seen it counts for nothing.
@@ -78,7 +80,7 @@ class LiveSession:
         self._changed = threading.Condition()
         self._closed = False
         self._pace = Pace(MOVING)
-        self._histories: dict[int, History] = {}  # by step, of the last two steps
+        self._history: tuple[int, History] | None = None  # of the last picture in motion, and its step
         self._trees = Trees(instanced=True)
         self._committed: tuple[SceneDescription, Scene] | None = None
         self._guess: tuple[np.ndarray, np.ndarray] | None = None  # the last coarse picture in all pixels, its weights
@@ -152,24 +154,30 @@ class LiveSession:
         scene = self._scene(request)
         width, height = request.camera.film_size
         step = self._pace.choose(width * height)
+        if request.settings.integrator == "RESTIR":
+            step = max(step, math.ceil(math.sqrt(width * height / REUSED)))
         # Never cut short: while something moves there is always a newer request.
-        self._coarse(request, scene, step, lambda: self._closed)
+        self._coarse(request, scene, step, True, lambda: self._closed)
         while step > 3 and not self._outdated():
             step = -(-step // 2)
-            self._coarse(request, scene, step, self._outdated)
+            self._coarse(request, scene, step, False, self._outdated)
         if not self._outdated():
             self._rest(request, scene)
 
-    def _coarse(self, request: Request, scene: Scene, step: int, cancelled: Callable[[], bool]) -> None:
-        """One picture in pixels of so many of the view's along a side, unless it is `cancelled`."""
+    def _coarse(self, request: Request, scene: Scene, step: int, moving: bool, cancelled: Callable[[], bool]) -> None:
+        """One picture in pixels of so many of the view's along a side, unless it is `cancelled`.
+
+        moving: whether it goes on from the last one of this kind.
+        """
         camera = request.camera.coarser(step)
-        session = self._session(request, scene, in_motion(request.settings), camera, self._histories.pop(step, None))
+        history = self._history[1] if moving and self._history and self._history[0] == step else None
+        session = self._session(request, scene, in_motion(request.settings, moving), camera, history)
         began = time.perf_counter()
         session.render(cancelled)
         if session.cancelled:
             return
-        if session.history is not None:
-            self._histories = {**dict([*self._histories.items()][-1:]), step: session.history}
+        if moving:
+            self._history = session.history and (step, session.history)
         pixels, self._guess = session.combined(), None
         fine = request.camera.coarser(max(round(step / GUIDED), 1))
         if fine.film_size != camera.film_size:
@@ -264,7 +272,7 @@ def _kinds_of_light(scene: Scene) -> tuple:
     return int(scene.record["n_lights"]), lights["triangles"] > 0.0, lights["world"] > 0.0
 
 
-def in_motion(settings: RenderSettings) -> RenderSettings:
-    """The settings of a coarse picture: one sample, and what reuse there is."""
-    reuse = replace(settings.reuse, temporal=True, rounds=max(settings.reuse.rounds, 1))
+def in_motion(settings: RenderSettings, temporal: bool = True) -> RenderSettings:
+    """The settings of a coarse picture: one sample, and what reuse there is, in time where it is `temporal`."""
+    reuse = replace(settings.reuse, temporal=temporal, rounds=max(settings.reuse.rounds, 1))
     return replace(settings, samples=1, use_denoising=False, reuse=reuse)

@@ -42,3 +42,12 @@ $window --python-exit-code 1 --python tests/desktop/window.py -- $out
 for name in engines rendering rendered escaped tab_material shader_editor viewport_path viewport_restir viewport_restir_turned disabled; do images $name.png; done
 grep . $out/window.txt
 grep -q '^finished$' $out/window.txt
+
+step "What rendered 3D views show, and a soak of ${SOAK:=20} s"
+$window --python-exit-code 1 --python tests/desktop/views.py -- $out
+images 'border.png' && images 'camera_*.png' && images 'local_view.png' && images 'two_views.png'
+grep . $out/views.txt
+grep -q '^finished$' $out/views.txt
+$window --python-exit-code 1 --python tests/desktop/soak.py -- $out --seconds "$SOAK"
+grep . $out/soak.txt
+grep -q '^finished$' $out/soak.txt

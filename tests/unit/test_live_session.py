@@ -86,7 +86,7 @@ def test_pictures_in_motion_resample_the_one_before(live, power, step):
     for scene, camera in ((scene_of(), view(0)), (scene_of(power), view(step))):
         live.show(scene, settings, camera)
         live.wait(300.0)
-    history = live._histories[live._pace.step]
+    history = live._history[1]
     moving = in_motion(settings)
     assert history.serves((moving.reuse, moving.sss_shift, moving.sss_method))
     assert history.before.frame.reservoirs["confidence"].max() > 1.0
