@@ -11,7 +11,7 @@ import numpy as np
 from ..kernels.core import records as rec
 from ..kernels.core.jit import load
 from ..kernels.core.memory import address
-from ..kernels.volume.sample import cell_extremes, sample_medium
+from ..kernels.volume.sample import cell_extremes, describe_medium, sample_medium
 from .instances import inverse
 from .mesh import Mesh
 from .voxels import VoxelAttribute, same_place
@@ -50,7 +50,7 @@ def commit_majorants(scene: Scene) -> list[np.ndarray]:
     kept: list[np.ndarray] = []
     if not scene.record["flags"] & rec.SCENE_HAS_VARYING_MEDIA:
         return kept
-    load([sample_medium, cell_extremes])
+    load([sample_medium, cell_extremes, describe_medium])
     if scene.record["flags"] & rec.SCENE_WORLD_MEDIUM and varies[scene.record["world_material"]]:
         record = _world_majorants(scene, kept)
         scene.record["world_majorants"] = address(record)
@@ -79,7 +79,22 @@ def _majorants(scene: Scene, index: int, material: int, kept: list) -> np.ndarra
     textured |= not cells.voxels
     to_world = _square(instance["to_world"])
     values = _bounds(scene, index, material, cells, textured, _diagonal(cells, to_world))
-    return _record(cells, values, to_world, kept)
+    record = _record(cells, values, to_world, kept)
+    name = scene.shaders[material].medium_grid
+    grid = next((grid for grid in cells.voxels if grid.name == name and grid.components == 1), None)
+    if grid is not None and grid.values.max() > 0.0:
+        _describe(scene, index, material, cells, grid, record)
+    return record
+
+
+def _describe(scene: Scene, index: int, material: int, cells: _Cells, grid: VoxelAttribute, record: np.ndarray) -> None:
+    """Note that all coefficients of a medium are proportional to a grid: they are those at its largest value."""
+    place = np.array(np.unravel_index(grid.values.argmax(), grid.values.shape[:3]), np.float64)
+    point = grid.to_object @ (*place, 1.0)
+    value = np.array([grid.values.max()], np.float64)
+    scratch = np.zeros(rec.SCRATCH_BYTES, np.uint8)
+    describe_medium(scene.record, address(scratch), index, material, address(point), address(value), address(record))
+    record[0]["voxels"], record[0]["size"] = address(grid.table), cells.size
 
 
 def _world_majorants(scene: Scene, kept: list) -> np.ndarray:

@@ -25,6 +25,7 @@ class Program:
     emission_estimate: tuple[float, float, float] = (0.0, 0.0, 0.0)
     medium: int = -1  # where in `code` the program of the medium inside starts, -1: none
     medium_priority: int = 0
+    medium_grid: int = -1  # name of the attribute that all coefficients of the medium are proportional to, -1: none is
     aovs: int = -1  # where that of its AOV Output nodes starts
 
 

@@ -17,6 +17,8 @@ from ..scene.mesh import Mesh
 from ..scene.voxels import VoxelAttribute, box_mesh
 from .voxels import Unreadable, read_voxels, saved
 
+_Grid = tuple[str, np.ndarray, np.ndarray]  # name, values, 4x4 from their indices to object space
+
 _CENTER = 0.0 if bpy.app.version >= (5, 0, 0) else 0.5
 
 
@@ -42,23 +44,32 @@ def read_volume(scene, item: bpy.types.Object, kept) -> Mesh | None:
             scene.warnings.add("Volume", data.name, f"is not rendered: {data.grids.error_message or 'no file'}")
         return None
     wanted = [grid for grid in data.grids if grid.name in scene.attribute_names]
-    found: list[tuple[str, np.ndarray, np.ndarray]] = []
     path = data.grids.frame_filepath
-    file = _identity(path)
-    with saved(data) if wanted and file is None else nullcontext(path) as source:
-        for grid in wanted:
-            key = (file, grid.name)
-            known = kept.get(key) if file else None
-            try:
-                known = known or _read(source, grid, item.bound_box)
-            except (Unreadable, RuntimeError, TypeError, ValueError) as error:
-                scene.warnings.add("Volume", data.name, f"grid {grid.name} is left out: {error}")
-                continue
-            if file:
-                kept.put(key, known)
-            found.append((grid.name, *known))
-    grids = _cropped([(scene.attribute_name(name), values, matrix) for name, values, matrix in found])
-    return box_mesh(data.name, grids) if grids else None
+    file = _identity(bpy.path.abspath(path))
+    key = (file, *(grid.name for grid in wanted))
+    found = kept.get(key) if file else None
+    if found is None and wanted:
+        with nullcontext(path) if file else saved(data) as source:
+            found = _cropped(_readable(scene, item, source, wanted))
+    if file:
+        kept.put(key, found or [])
+    return _box(scene, data.name, found or [])
+
+
+def _readable(scene, item: bpy.types.Object, path: str, grids: list) -> list[_Grid]:
+    """Those grids of a file that can be read; a warning names the others."""
+    found = []
+    for grid in grids:
+        try:
+            found.append((grid.name, *_read(path, grid, item.bound_box)))
+        except (Unreadable, RuntimeError, TypeError, ValueError) as error:
+            scene.warnings.add("Volume", item.data.name, f"grid {grid.name} is left out: {error}")
+    return found
+
+
+def _box(scene, name: str, grids: list[_Grid]) -> Mesh | None:
+    """The box of grids that are `_cropped`."""
+    return box_mesh(name, [VoxelAttribute(scene.attribute_name(own), *rest) for own, *rest in grids]) if grids else None
 
 
 def density_factors(matrices: np.ndarray) -> np.ndarray:
@@ -109,9 +120,8 @@ def read_domain(scene, item: bpy.types.Object, domain) -> Mesh | None:
         edges = 2.0 * size / shape
         to_object = np.column_stack([np.diag(edges), location - size + 0.5 * edges])
         values = values.reshape(*shape[::-1], components).transpose(2, 1, 0, 3)
-        found.append((scene.attribute_name(name), values, np.vstack([to_object, (0.0, 0.0, 0.0, 1.0)])))
-    grids = _cropped(found)
-    return box_mesh(item.data.name, grids) if grids else None
+        found.append((name, values, np.vstack([to_object, (0.0, 0.0, 0.0, 1.0)])))
+    return _box(scene, item.data.name, _cropped(found))
 
 
 def _identity(path: str) -> Hashable:
@@ -142,9 +152,9 @@ def _shifted(matrix: np.ndarray, low: np.ndarray) -> np.ndarray:
     return result
 
 
-def _cropped(found: list[tuple[int, np.ndarray, np.ndarray]]) -> list[VoxelAttribute]:
-    """Grids by name, values and place, without what is 0 in all that have the same place, and with zeros around."""
-    groups: dict[tuple, list] = {}
+def _cropped(found: list[_Grid]) -> list[_Grid]:
+    """Grids without what is 0 in all that have the same place, with zeros around; their matrices inverted."""
+    groups: dict[tuple, list[_Grid]] = {}
     for name, values, matrix in found:
         groups.setdefault((values.shape[:3], matrix.tobytes()), []).append((name, values, matrix))
     result = []
@@ -159,5 +169,5 @@ def _cropped(found: list[tuple[int, np.ndarray, np.ndarray]]) -> list[VoxelAttri
             block = values[tuple(slice(max(a, 0), b + 1) for a, b in zip(low, high, strict=True))]
             pad = [(max(-a, 0), max(b + 1 - n, 0)) for a, b, n in zip(low, high, values.shape[:3], strict=True)]
             block = np.pad(block, [*pad, (0, 0)])
-            result.append(VoxelAttribute(name, block, np.linalg.inv(_shifted(matrix, low))))
+            result.append((name, block, np.linalg.inv(_shifted(matrix, low))))
     return result

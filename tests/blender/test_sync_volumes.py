@@ -11,8 +11,12 @@ from restir_engine.scene.description import SceneDescription  # noqa: E402
 from restir_engine.scene.recent import Recent  # noqa: E402
 from restir_engine.scene.voxels import VoxelAttribute, box_mesh  # noqa: E402
 from restir_engine.sync import voxels  # noqa: E402
+from restir_engine.sync.materials import Materials  # noqa: E402
+from restir_engine.sync.nodes import compiler  # noqa: E402
+from restir_engine.sync.nodes.proportional import proportional_to  # noqa: E402
 from restir_engine.sync.volumes import _CENTER, density_factors, read_domain, read_volume  # noqa: E402
-from testing.blender import kit  # noqa: E402
+from testing.blender import kit, render  # noqa: E402
+from testing.blender.registry import Scene  # noqa: E402
 from testing.blender.scenes.smoke import cloud  # noqa: E402
 
 
@@ -116,3 +120,42 @@ def test_boxes_look_outwards():
         a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
         outwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), a - mesh.vertices.mean(0))
         assert len(outwards) == 12 and np.all(outwards > 0.0)
+
+
+def test_what_is_proportional_to_one_grid_is_rendered_without_its_program(monkeypatch):
+    """The same random numbers give the same picture. Other programs are told apart."""
+
+    def build():
+        def twice(node):
+            density = node("Math", {0: node("VolumeInfo").outputs["Density"], 1: 8.0}, operation="MULTIPLY")
+            return node("AddShader", {0: node("VolumeScatter", Density=density, Anisotropy=0.4),
+                                      1: node("VolumeAbsorption", Density=density, Color=(0.9, 0.5, 0.2))})  # fmt: skip
+
+        kit.world(lambda node: node("Background", Strength=1.0))
+        kit.light("SUN", 2.0, (2.0, -2.0, 3.0))
+        cloud(kit.material(lambda node: {"Volume": twice(node)}), n=12)
+
+    def picture():
+        render.prepare(Scene("proportional", build, 1, 1, (24, 16), {"volume_bounces": 2}))
+        with render.quiet():
+            return render.render("RESTIR", 4, 1)
+
+    render.register()
+    found = []
+    monkeypatch.setattr(compiler, "proportional_to", lambda *given: found.append(proportional_to(*given)) or found[-1])
+    quick = picture()
+    monkeypatch.setattr(compiler, "proportional_to", lambda *_: -1)
+    assert max(found) >= 0
+    assert picture() == pytest.approx(quick, rel=1e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "expected"),
+    [({}, True), ({"Emission Strength": 1.0}, False), ({"Blackbody Intensity": 0.5}, False), ({"Density": 0.0}, True)],
+)
+def test_which_media_are_proportional(inputs, expected):
+    kit.reset()
+    material = kit.material(lambda node: {"Volume": node("VolumePrincipled", inputs)})
+    scene = SceneDescription()
+    program = scene.shaders[Materials(scene).index(material, in_grids=True)]
+    assert (program.medium_grid >= 0) == expected

@@ -55,6 +55,26 @@ def voxel_values(address, p):
     return (first, second, third, fourth)
 
 
+@device
+def voxel_at(address, q):
+    """The first component of the VOXELS at an address, at the index q."""
+    grid = voxels_at(address, 0)
+    i, x0, x1 = _corners(q[0], grid.nx)
+    j, y0, y1 = _corners(q[1], grid.ny)
+    k, z0, z1 = _corners(q[2], grid.nz)
+    if x0 + x1 == 0.0 or y0 + y1 == 0.0 or z0 + z1 == 0.0:
+        return 0.0
+    i0, i1 = max(i, 0), min(i + 1, grid.nx - 1)
+    j0, j1 = max(j, 0), min(j + 1, grid.ny - 1)
+    k0, k1 = max(k, 0), min(k + 1, grid.nz - 1)
+    n = grid.components
+    a = ((i0 * grid.ny + j0) * grid.nz + k0) * n
+    b = ((i0 * grid.ny + j1) * grid.nz + k0) * n
+    c = ((i1 * grid.ny + j0) * grid.nz + k0) * n
+    d = ((i1 * grid.ny + j1) * grid.nz + k0) * n
+    return _blend(grid.values, a, b, c, d, (k1 - k0) * n, x0, x1, y0, y1, z0, z1)
+
+
 @inlined
 def _blend(values, a, b, c, d, step, x0, x1, y0, y1, z0, z1):
     low = x0 * (y0 * load_f32(values, a) + y1 * load_f32(values, b))

@@ -40,7 +40,7 @@ def _plane(o, d, i):
 
 
 @inlined
-def _advance(grid, p, v, t, last, i, j, k):
+def next_cell(grid, p, v, t, last, i, j, k):
     """(where the ray leaves the cell (i, j, k), the next cell)."""
     x = _plane(p[0], v[0], i)
     y = _plane(p[1], v[1], j)
@@ -56,12 +56,13 @@ def _advance(grid, p, v, t, last, i, j, k):
 
 
 @inlined
-def _inside(grid, i, j, k):
+def inside_cells(grid, i, j, k):
+    """Whether there is such a cell."""
     return 0 <= i < grid.nx and 0 <= j < grid.ny and 0 <= k < grid.nz
 
 
 @inlined
-def _start(grid, o, d, begin, end):
+def start_cells(grid, o, d, begin, end):
     """The ray in the space of cells, the part of begin … end within them, and the first cell."""
     p = transform_point(grid.to_grid, o)
     v = transform_vector(grid.to_grid, d)
@@ -83,10 +84,10 @@ def next_collision(address, o, d, begin, end, depth, field):
     address: MAJORANTS; o, d: the ray in world space; field: BOUND, RESIDUAL.
     """
     grid = majorants_at(address, 0)
-    p, v, t, last, i, j, k = _start(grid, o, d, begin, end)
-    while t < last and _inside(grid, i, j, k):
+    p, v, t, last, i, j, k = start_cells(grid, o, d, begin, end)
+    while t < last and inside_cells(grid, i, j, k):
         rate = load_f32(grid.cells, MAJORANT_FIELDS * ((i * grid.ny + j) * grid.nz + k) + field)
-        leave, i, j, k = _advance(grid, p, v, t, last, i, j, k)
+        leave, i, j, k = next_cell(grid, p, v, t, last, i, j, k)
         inside = (leave - t) * rate
         if inside >= depth and rate > 0.0:
             return min(t + depth / rate, end), rate
@@ -99,11 +100,11 @@ def next_collision(address, o, d, begin, end, depth, field):
 def mean_depth(address, o, d, begin, end):
     """∫ of the means of the extinction along a ray, rgb."""
     grid = majorants_at(address, 0)
-    p, v, t, last, i, j, k = _start(grid, o, d, begin, end)
+    p, v, t, last, i, j, k = start_cells(grid, o, d, begin, end)
     depth = (0.0, 0.0, 0.0)
-    while t < last and _inside(grid, i, j, k):
+    while t < last and inside_cells(grid, i, j, k):
         mean = load3_f32(grid.cells + 4 * (MAJORANT_FIELDS * ((i * grid.ny + j) * grid.nz + k) + MEAN), 0)
-        leave, i, j, k = _advance(grid, p, v, t, last, i, j, k)
+        leave, i, j, k = next_cell(grid, p, v, t, last, i, j, k)
         depth = madd(depth, mean, leave - t)
         t = leave
     return depth

@@ -3,13 +3,15 @@
 from ..core.jit import device, kernel
 from ..core.memory import load_f32, load_f64, store_f32, store_i32
 from ..core.records import (
+    PHASE,
     SCENE,
     SCRATCH_MEDIA,
     instance_at,
+    majorants_at,
     shadow_point_in,
     voxels_at,
 )
-from ..core.vec import max3, put, store3_f32, transform_point, vec
+from ..core.vec import max3, put, scale, store3_f32, transform_point, vec
 from .stack import entry_at, evaluate
 
 
@@ -32,6 +34,27 @@ def sample_medium(scene: SCENE, scratch, instance, material, points, first, last
         store3_f32(out + 20 * i, 0, vec(entry.sigma_t))
         store_f32(out, 5 * i + 3, max3(vec(entry.sigma_s)))
         store_f32(out, 5 * i + 4, max3(vec(entry.emission)))
+
+
+@kernel
+def describe_medium(scene: SCENE, scratch, instance, material, point, value, majorants):
+    """Put to MAJORANTS the coefficients of a medium at a point over `value`, and its phase functions.
+
+    point: float64 [3] in object space; value: float64 [1]; both and MAJORANTS by their addresses.
+    """
+    _start(scene, scratch, instance, material)
+    sp = shadow_point_in(scratch)
+    entry = entry_at(scratch + SCRATCH_MEDIA, 0)
+    p = (load_f64(point, 0), load_f64(point, 1), load_f64(point, 2))
+    put(sp.p, transform_point(instance_at(scene.instances, instance).to_world, p))
+    evaluate(scene, entry, sp)
+    target = majorants_at(majorants, 0)
+    over = 1.0 / load_f64(value, 0)
+    put(target.sigma_t, scale(vec(entry.sigma_t), over))
+    put(target.sigma_s, scale(vec(entry.sigma_s), over))
+    target.n_phases = entry.n_phases
+    for k in range(PHASE * entry.n_phases):
+        target.phases[k] = entry.phases[k]
 
 
 @device

@@ -20,6 +20,7 @@ from ..core.records import (
     SCENE_WORLD_MEDIUM,
     closure_at,
     instance_at,
+    majorants_at,
     material_at,
     media_at,
     medium_at,
@@ -112,6 +113,12 @@ def enter(scene, integrator, media, sp):
         entry.majorants = _majorants(scene, sp)
     if entry.majorants == 0:
         evaluate(scene, entry, sp)
+    else:
+        majorants = majorants_at(entry.majorants, 0)
+        if majorants.voxels != 0:
+            entry.n_phases = majorants.n_phases
+            for k in range(PHASE * majorants.n_phases):
+                entry.phases[k] = majorants.phases[k]
     add_up(media)
 
 

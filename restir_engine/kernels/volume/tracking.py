@@ -19,7 +19,9 @@ import math
 
 from ..core import rng
 from ..core.jit import device, inlined
+from ..core.memory import load_f32
 from ..core.records import (
+    MAJORANT_FIELDS,
     RAY_SHADOW,
     SCENE_HAS_PIVOTS,
     SCRATCH_MEDIA,
@@ -30,10 +32,21 @@ from ..core.records import (
     shadow_at,
     shadow_point_in,
 )
-from ..core.vec import average, madd, max3, mul, neg, put, scale, sub, vec
+from ..core.vec import average, is_black, load3_f32, madd, max3, mul, neg, put, scale, sub, transform_point, vec
 from ..film.contribute import EMISSION, IN_MEDIUM, contribute, found
+from ..geometry.voxels import voxel_at
 from ..path.state import inherit
-from .majorants import BOUND, RESIDUAL, mean_at, mean_depth, next_collision
+from .majorants import (
+    BOUND,
+    MEAN,
+    RESIDUAL,
+    inside_cells,
+    mean_at,
+    mean_depth,
+    next_cell,
+    next_collision,
+    start_cells,
+)
 from .stack import decay, entry_at, evaluate
 
 _THIN = 0.1  # what carries less than this share of what it did is subject to roulette
@@ -67,6 +80,14 @@ def start_point(scratch, path, d, flags):
 def evaluate_at(scene, media, index, point, p, t):
     """Bring the medium `index` of MEDIA up to date for the point p of a ray, t along it."""
     entry = entry_at(media, index)
+    majorants = majorants_at(entry.majorants, 0)
+    if majorants.voxels != 0:
+        q = scale(transform_point(majorants.to_grid, p), float(majorants.size))
+        value = max(voxel_at(majorants.voxels, q), 0.0)
+        put(entry.sigma_t, scale(vec(majorants.sigma_t), value))
+        put(entry.sigma_s, scale(vec(majorants.sigma_s), value))
+        put(entry.emission, (0.0, 0.0, 0.0))
+        return
     point.instance = entry.instance
     point.material = entry.material
     point.mesh = instance_at(scene.instances, entry.instance).mesh if entry.instance >= 0 else -1
@@ -218,28 +239,46 @@ def attenuation(scene, media, point, o, d, start, s, state):
     for i in range(m.count):
         entry = entry_at(media, i)
         if entry.priority == m.top and entry.majorants != 0:
-            depth = mean_depth(entry.majorants, o, d, 0.0, s)
-            result = mul(result, (math.exp(-depth[0]), math.exp(-depth[1]), math.exp(-depth[2])))
-    enough = _THIN * _largest(result)
-    for i in range(m.count):
-        entry = entry_at(media, i)
-        if entry.priority != m.top or entry.majorants == 0:
-            continue
-        t = 0.0
-        while enough > 0.0:
-            state, u, survives = rng.advance(state)
-            t, mu = next_collision(entry.majorants, o, d, t, s, _depth(u), RESIDUAL)
-            if t >= s:
+            result, state = _attenuation(scene, media, i, point, o, d, start, s, state, result)
+            if is_black(result):
                 break
-            p = madd(o, d, t)
-            evaluate_at(scene, media, i, point, p, start + t)
-            residual = sub(vec(entry.sigma_t), mean_at(entry.majorants, p))
-            result = mul(result, sub((1.0, 1.0, 1.0), scale(residual, 1.0 / mu)))
-            if _largest(result) < enough:
-                if survives >= 0.5:
-                    return (0.0, 0.0, 0.0)
-                result = scale(result, 2.0)
     return result
+
+
+@device
+def _attenuation(scene, media, index, point, o, d, start, s, state, result):
+    """(result times an estimate of the transmittance of one medium, next state of the random numbers).
+
+    Cell by cell: the means are gathered and the collisions of the residuals met in one go.
+    """
+    entry = entry_at(media, index)
+    grid = majorants_at(entry.majorants, 0)
+    p, v, t, last, i, j, k = start_cells(grid, o, d, 0.0, s)
+    state, u, survives = rng.advance(state)
+    left = _depth(u)
+    depth = (0.0, 0.0, 0.0)
+    enough = _THIN * _largest(result)
+    while t < last and inside_cells(grid, i, j, k):
+        cell = grid.cells + 4 * MAJORANT_FIELDS * ((i * grid.ny + j) * grid.nz + k)
+        rate = load_f32(cell, RESIDUAL)
+        mean = load3_f32(cell + 4 * MEAN, 0)
+        leave, i, j, k = next_cell(grid, p, v, t, last, i, j, k)
+        depth = madd(depth, mean, leave - t)
+        while (leave - t) * rate >= left and rate > 0.0:
+            t += left / rate
+            evaluate_at(scene, media, index, point, madd(o, d, t), start + t)
+            residual = sub(vec(entry.sigma_t), mean)
+            result = mul(result, sub((1.0, 1.0, 1.0), scale(residual, 1.0 / rate)))
+            state, u, _ = rng.advance(state)
+            left = _depth(u)
+        left -= (leave - t) * rate
+        t = leave
+        if _largest(result) * math.exp(-min(depth[0], min(depth[1], depth[2]))) < enough:
+            if survives >= 0.5:
+                return (0.0, 0.0, 0.0), state
+            result = scale(result, 2.0)
+            state, _, survives = rng.advance(state)
+    return mul(result, (math.exp(-depth[0]), math.exp(-depth[1]), math.exp(-depth[2]))), state
 
 
 @device

@@ -17,6 +17,7 @@ from ...scene.shaders import Program
 from .assembler import TooManyRegisters
 from .bump import displaced_normal
 from .fallback import unsupported_closure
+from .proportional import proportional_to
 from .prune import shadow_instructions
 from .registry import CLOSURES, INSIDE, VOLUMES
 from .sockets import COLOR, SHADER, find_socket
@@ -48,6 +49,7 @@ class Compiler(ValueCompiler):
         self._converters = CLOSURES  # or VOLUMES, INSIDE
         self._medium: list[list[int]] = []  # instructions of the medium inside
         self._aovs: list[list[int]] = []  # of AOV Output nodes
+        self._medium_grid = -1  # the grid to which all of the medium's coefficients are proportional
         self._weight = self.one  # of the closure that is being compiled
         self._estimates: dict[int, float] = {self.one: 1.0}
 
@@ -84,7 +86,14 @@ class Compiler(ValueCompiler):
         if count > rec.MAX_CLOSURES:
             self.warn(f"has {count} closures, of which {rec.MAX_CLOSURES} at most are rendered at a point")
         code, constants, starts = self.finish({"medium": self._medium, "aovs": self._aovs}, shadow)
-        return Program(code, constants, flags=self.flags, emission_estimate=tuple(self.emission_estimate), **starts)
+        return Program(
+            code,
+            constants,
+            flags=self.flags,
+            emission_estimate=tuple(self.emission_estimate),
+            medium_grid=self._medium_grid,
+            **starts,
+        )
 
     def _surface(self, output: bpy.types.Node) -> None:
         self._nodes.append(output)
@@ -202,6 +211,7 @@ class Compiler(ValueCompiler):
             self.flags |= rec.MATERIAL_MEDIUM_VARIES
         if rec.MATERIAL_MEDIUM_TEXTURED in found:
             self.flags |= rec.MATERIAL_MEDIUM_TEXTURED
+        self._medium_grid = proportional_to(self._medium, self)
 
     def _variation(self, instruction: list[int]) -> int:
         """What an instruction of a medium makes vary in space: 0 where it does not.

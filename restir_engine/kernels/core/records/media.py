@@ -57,6 +57,13 @@ MAJORANTS = record(  # bounds of the extinction of a medium that varies, by cell
     # float32 [nx, ny, nz, MAJORANT_FIELDS], 1 by scene unit: bound of the extinction, bound of its difference to the
     # mean, and the mean, rgb. Outside of the cells there is no medium.
     "cells",
+    # Of a medium whose coefficients are those of one grid's value 1 times the value, which needs no program:
+    "voxels",  # VOXELS of that grid, whose index is `size` times the place among the cells; 0: it is no such medium
+    "size",
+    ("sigma_t", 3),
+    ("sigma_s", 3),
+    "n_phases",
+    ("phases", MAX_PHASES * PHASE),
 )
 majorants_at = record_at(MAJORANTS)
 MAJORANT_FIELDS = 5
