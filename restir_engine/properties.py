@@ -151,6 +151,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "extra_transparent": bpy.app.version < (5, 0, 0),
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "mist": mist(scene.world),
+            "sss_irradiance_cache": own.sss_irradiance_cache and not is_blurred(scene, view_layer),
             "passes": enabled_passes(view_layer) - ({"Vector"} if is_blurred(scene, view_layer) else set()),
             "aovs": enabled_aovs(view_layer),
         }

@@ -28,6 +28,9 @@ SCENE = (
 WHEN_SIMPLIFIED = (
     LeftOut("cycles.texture_limit_render", "the texture limit is left out: images have all their pixels", "OFF".__ne__),
 )
+WHEN_BLURRED = (
+    LeftOut("restir.sss_irradiance_cache", "the irradiance cache is left out: with motion blur, light varies in time"),
+)
 PASSES = (
     LeftOut("use_pass_shadow", "Shadow"),
     LeftOut("use_pass_ambient_occlusion", "Ambient Occlusion"),
@@ -70,6 +73,8 @@ def scene_lines(scene: bpy.types.Scene, layers: list[bpy.types.ViewLayer]) -> It
     yield from (("Scene", scene.name, text) for text in asked(scene, SCENE))
     if scene.render.use_simplify:
         yield from (("Scene", scene.name, text) for text in asked(scene, WHEN_SIMPLIFIED))
+    if scene.render.use_motion_blur and any(layer.use_motion_blur for layer in layers):
+        yield from (("Scene", scene.name, text) for text in asked(scene, WHEN_BLURRED))
     if scene.world is not None:
         yield from (("World", scene.world.name, text) for text in asked(scene.world, WORLD))
     for layer in layers:

@@ -36,6 +36,7 @@ def set_all(scene, paths):
 @pytest.mark.parametrize(
     ("paths", "word"),
     [
+        (["render.use_motion_blur", "restir.sss_irradiance_cache"], "irradiance cache"),
         (["render.use_multiview"], "stereoscopy"),
         (["render.use_freestyle"], "Freestyle"),
         (["cycles.use_fast_gi"], "Fast GI"),
