@@ -236,7 +236,7 @@ def moving_along_velocities():
 
 @scene(1, deep=True)
 def moving_strands_and_spheres():
-    """Hair that slides and bends, and points that slide and grow."""
+    """Hair that slides and bends, and points that slide."""
     bench()
     curves = bpy.data.hair_curves.new("Hair")
     curves.add_curves([4] * 60)
@@ -260,14 +260,12 @@ def moving_strands_and_spheres():
     nodes_on(hair, bending)
     cloud = kit.put("coarse ball", kit.diffuse((0.3, 0.6, 0.4)), (1.3, 0, 0.8), 0.6)
 
-    def growing(node, geometry):
-        time = node("GeometryNodeInputSceneTime").outputs["Frame"]
-        size = node("ShaderNodeMath", {0: time, 1: 0.05}, operation="MULTIPLY")
-        points = node("GeometryNodeMeshToPoints", {"Mesh": geometry, "Radius": size.outputs[0]})
+    def pointed(node, geometry):
+        points = node("GeometryNodeMeshToPoints", {"Mesh": geometry, "Radius": 0.1})
         return node(
             "GeometryNodeSetMaterial", {"Geometry": points.outputs[0], "Material": cloud.data.materials[0]}
         ).outputs[0]
 
-    nodes_on(cloud, growing)
+    nodes_on(cloud, pointed)
     sliding(cloud, (0.3, 0.0, 0.2))
     shutter()
