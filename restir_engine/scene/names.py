@@ -12,6 +12,8 @@ RESERVED = (UV, GENERATED, COLOR)  # in the order of records.ATTRIBUTE_*
 POINTINESS = "\x00pointiness"  # convexity of a point's surroundings, 0.5 where flat
 ISLAND = "\x00island"  # a random number for each connected part
 
+UNDISPLACED = "\x00undisplaced"  # where a displaced point was before; on meshes that are displaced
+
 _TANGENT = "\x00tangent:"
 _PROPERTY = "\x00property:"
 

@@ -15,6 +15,7 @@ from ..kernels.core.memory import address
 from ..kernels.geometry.shapes import shape_entries
 from ..kernels.lobes import lobe_tables
 from ..kernels.shading.interpreter import shader_entries
+from .displacement import displaced
 from .freeze import freeze
 from .lights import LightTable
 from .majorants import commit_majorants
@@ -48,13 +49,14 @@ class Scene:
         self._table = np.zeros(1, rec.SCENE)
         # What addresses point to.
         self._kept: list = [*description.instance_attributes, *description.images.arrays]
+        freeze(description.instance_attributes, description.images.arrays)
+        self._commit_shading(description.images.records())
+        self.meshes = displaced(self)
         for mesh in self.meshes:
             mesh.freeze()
-        freeze(description.instance_attributes, description.images.arrays)
         self._commit_shutter(description)
         self._commit_geometry(trees)
         self._note_media(description.world.material)
-        self._commit_shading(description.images.records())
         if description.vectors is not None:
             table = VectorTable(self, description.vectors)
             self._table[0]["vectors"] = table.address

@@ -26,6 +26,7 @@ class Program:
     medium: int = -1  # where in `code` the program of the medium inside starts, -1: none
     medium_priority: int = 0
     medium_grid: int = -1  # name of the attribute that all coefficients of the medium are proportional to, -1: none is
+    displacement: int = -1  # where that which displaces vertices starts
     aovs: int = -1  # where that of its AOV Output nodes starts
 
 
@@ -130,7 +131,7 @@ class ShaderTable:
             record["code"] = code_at if len(program.code) else -1
             record["constants"] = constants_at
             record["n_constants"] = len(program.constants)
-            for part in ("medium", "aovs"):
+            for part in ("medium", "displacement", "aovs"):
                 start = getattr(program, part)
                 record[part] = code_at + start if start >= 0 else -1
             for name in (

@@ -137,7 +137,7 @@ class Materials:
     def _compiler(self, material, subsurface, is_medium: bool = False, in_grids: bool = False) -> Compiler:
         compiler = Compiler(self._scene, "Material", material.name)
         compiler.transparent_shadows = material.use_transparent_shadow or in_grids
-        compiler.displaces = material.displacement_method != "BUMP"
+        compiler.displacement_method = material.displacement_method
         compiler.subsurface, compiler.is_medium, compiler.in_grids = subsurface, is_medium, in_grids
         return compiler
 

@@ -21,8 +21,8 @@ from restir_engine.kernels.lobes import (
     lobe_tables,
 )
 from restir_engine.kernels.lobes.classes import store_lobes
-from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, FILM_ENTRIES, makes_no_lobes
-from restir_engine.kernels.lobes.nodes import FILM_REFLECTANCE
+from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, COMPANIONS, FIBRE_ENTRIES, FILM_ENTRIES, makes_no_lobes
+from restir_engine.kernels.lobes.nodes import FILM_REFLECTANCE, PRINCIPLED_HAIR
 
 _scene_at = record_at(SCENE)
 _TABLES = lobe_tables()
@@ -98,6 +98,7 @@ class Surface:
     """The closures of a BSDF node seen from `wo`, with the smooth and the geometric normal along z.
 
     Inputs are keywords with spaces as underscores; enums (distribution, fresnel_type, component) likewise.
+    The Principled Hair BSDF goes by its model's name; `tangent` is the strand's.
     film_table: the table of `kernels.lobes.thin_film` that the input Thin_Film (nm, IOR, 0) refers to.
     """
 
@@ -111,6 +112,7 @@ class Surface:
         ray_flags=1,
         weight=(1.0, 1.0, 1.0),
         film_table=None,
+        tangent=(1.0, 0.0, 0.0),
         **inputs,
     ):
         self.closures = np.zeros(MAX_CLOSURES, CLOSURE)
@@ -122,11 +124,17 @@ class Surface:
             self._kept = np.ascontiguousarray(film_table, np.float32), np.zeros(FILM_REFLECTANCE + 1, np.int64)
             self._kept[1][FILM_REFLECTANCE] = FILM_ENTRIES[FILM_REFLECTANCE].address
             self._scene[0]["tables"], self._scene[0]["shader_entries"] = (address(array) for array in self._kept)
+        layout = (BSDF_NODES | PRINCIPLED_HAIR)[node]
+        if COMPANIONS.get(layout.opcode) in FIBRE_ENTRIES:
+            code = COMPANIONS[layout.opcode]
+            self._kept = np.zeros(code + 1, np.int64)
+            self._kept[code] = FIBRE_ENTRIES[code].address
+            self._scene[0]["shader_entries"] = address(self._kept)
+            self.point["dpdu"] = self.point["dpdv"] = tangent
         self.point["closures"] = address(self.closures)
         self.point["registers"] = address(self.registers)
         self.point["n"], self.point["ng"], self.point["wo"] = (0.0, 0.0, 1.0), ng, wo
         self.point["backfacing"], self.point["ray_flags"] = backfacing, ray_flags
-        layout = BSDF_NODES[node]
         words, free = [self._put(0, weight)], 3
         for item in layout.inputs:
             value = inputs.pop(item.name.replace(" ", "_"), None)

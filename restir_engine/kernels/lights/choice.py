@@ -10,7 +10,7 @@ import math
 from ..core.jit import device, inlined
 from ..core.records import closure_at, light_table_at, world_table_at
 from ..core.vec import put, vec
-from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT
+from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT, is_fibre
 from .emitter_tree import triangles_bring
 from .select import lamps_bring
 
@@ -34,7 +34,7 @@ def _receiver(sp):
     """The normal that lights are weighed by: none where light passes through the surface, or in a medium."""
     for i in range(sp.n_closures):
         kind = closure_at(sp.closures, i).kind
-        if kind == LOBE_TRANSLUCENT or LOBE_REFRACTION <= kind <= LOBE_GLASS:
+        if kind == LOBE_TRANSLUCENT or LOBE_REFRACTION <= kind <= LOBE_GLASS or is_fibre(kind):
             return (0.0, 0.0, 0.0)
     return vec(sp.n)
 

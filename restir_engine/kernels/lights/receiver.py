@@ -17,6 +17,7 @@ from ..lobes.closure import (
     LOBE_SUBSURFACE,
     LOBE_TRANSLUCENT,
     LOBE_TRANSPARENT,
+    is_fibre,
     is_microfacet,
     is_singular,
     pass_class,
@@ -72,6 +73,9 @@ def receiver_of(sp):
         w = vec(c.weight)
         average = (w[0] + w[1] + w[2]) / 3.0
         w = scale(w, c.sample_weight / average if average > 0.0 else 0.0)
+        if is_fibre(kind):
+            diffuse, both, least = madd(diffuse, w, 0.25 * _INV_PI), 1.0, 1.0
+            continue
         category = pass_class(kind)
         if category == CLASS_GLOSSY or kind == LOBE_GLASS:
             gloss = add(gloss, w)

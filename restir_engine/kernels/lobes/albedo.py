@@ -124,6 +124,13 @@ def preserve_energy(tables, c, wo, fss):
 
 
 @device
+def interface_energy(tables, mu, rough, ior):
+    """What a rough interface reflects and lets through together, of light that scatters once between microfacets."""
+    offset = GLASS_OUT_E if ior < 1.0 else GLASS_E
+    return max(lookup3(tables, offset, GLASS_SIZE, rough, mu, _z(ior)), 1e-6)
+
+
+@device
 def _darkening(fss, e, average_e):
     """What one channel loses between microfacets, relative to a white surface."""
     fms = fss * average_e / max(1.0 - fss * (1.0 - average_e), 1e-9)

@@ -18,9 +18,12 @@ LOBE_REFLECTION = 10
 LOBE_ASHIKHMIN_SHIRLEY = 11
 LOBE_VELVET = 12
 LOBE_TOON_GLOSSY = 13
+LOBE_FIBRE_REFLECTION = 19  # a nine: a lobe of a fibre, see `fibre`
 LOBE_REFRACTION = 20
 LOBE_THIN_TRANSMISSION = 21
+LOBE_FIBRE_TRANSMISSION = 29
 LOBE_GLASS = 30
+LOBE_FIBRE = 39
 LOBE_TRANSPARENT = 40
 
 CLASS_DIFFUSE, CLASS_GLOSSY, CLASS_TRANSMISSION, CLASS_GLASS = 0, 1, 2, 3
@@ -68,6 +71,12 @@ def pass_class(kind):
 def is_microfacet(kind):
     """Whether a lobe is reflection, refraction or glass made of microfacets."""
     return kind % 10 == 0 and kind < LOBE_TRANSPARENT
+
+
+@device
+def is_fibre(kind):
+    """Whether a lobe is that of a fibre, which scatters all around it, without a horizon."""
+    return kind % 10 == 9
 
 
 @device

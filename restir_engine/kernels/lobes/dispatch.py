@@ -13,6 +13,7 @@ from .ashikhmin import ashikhmin_eval, ashikhmin_sample, ashikhmin_singular
 from .classes import NO_LOBES, Lobes
 from .closure import (
     CLASS_DIFFUSE,
+    CLASS_GLASS,
     CLASS_GLOSSY,
     LABEL_DIFFUSE,
     LABEL_GLOSSY,
@@ -22,7 +23,6 @@ from .closure import (
     LABEL_TRANSMIT,
     LABEL_TRANSPARENT,
     LOBE_ASHIKHMIN_SHIRLEY,
-    LOBE_GLASS,
     LOBE_LAMBERT,
     LOBE_OREN_NAYAR,
     LOBE_ROUGH_TRANSLUCENT,
@@ -35,11 +35,13 @@ from .closure import (
     LOBE_TRANSPARENT,
     LOBE_VELVET,
     bump_shadowing,
+    is_fibre,
     is_microfacet,
     pass_class,
     terminator_offset,
 )
 from .diffuse import diffuse_sample, lambert_eval, oren_nayar_eval
+from .fibre import fibre_eval, fibre_label, fibre_sample
 from .microfacet import microfacet_eval, microfacet_sample
 from .sheen import sheen_eval, sheen_sample, velvet_eval, velvet_sample
 from .thin import thin_eval, thin_sample
@@ -59,6 +61,8 @@ def closure_eval(c, wo, wi):
         return microfacet_eval(c, wo, wi)
     elif kind == LOBE_OREN_NAYAR:
         return oren_nayar_eval(c, wo, wi)
+    elif is_fibre(kind):
+        return fibre_eval(c, wi)
     elif kind == LOBE_SHEEN:
         value = pdf = sheen_eval(c, wi)
     elif kind == LOBE_TRANSLUCENT:
@@ -90,12 +94,14 @@ def _mixture(sp, wi, sampled):
         if p <= 0.0:
             continue
         pdf += p * c.sample_weight
-        shadowing = bump_shadowing(sp, c, wi, i == sampled) * terminator_offset(sp, c, wi)
+        shadowing = 1.0
+        if not is_fibre(c.kind):
+            shadowing = bump_shadowing(sp, c, wi, i == sampled) * terminator_offset(sp, c, wi)
         r, g, b = r * c.weight[0] * shadowing, g * c.weight[1] * shadowing, b * c.weight[2] * shadowing
         kind = pass_class(c.kind)
         if kind == CLASS_DIFFUSE:
             dr, dg, db = dr + r, dg + g, db + b
-        elif kind == CLASS_GLOSSY or (c.kind == LOBE_GLASS and dot(vec(c.n), wi) > 0.0):
+        elif kind == CLASS_GLOSSY or (kind == CLASS_GLASS and dot(vec(c.n), wi) > 0.0):
             gr, gg, gb = gr + r, gg + g, gb + b
         else:
             tr, tg, tb = tr + r, tg + g, tb + b
@@ -124,6 +130,8 @@ def bsdf_eval(scene, sp, wi):
 def _label(c, reflects):
     """The label of a direction that a closure with a density samples on that side, 0 where it samples none there."""
     kind = c.kind
+    if is_fibre(kind):
+        return fibre_label(kind)
     if kind in (LOBE_TRANSLUCENT, LOBE_ROUGH_TRANSLUCENT):
         return 0 if reflects else LABEL_TRANSMIT | LABEL_DIFFUSE
     side = LABEL_REFLECT if reflects else LABEL_TRANSMIT
@@ -183,6 +191,9 @@ def closure_sample(c, sp, u0, u1, u2):
     wo = vec(sp.wo)
     if is_microfacet(kind):
         return microfacet_sample(c, sp, u0, u1, u2)
+    if is_fibre(kind):
+        label, wi = fibre_sample(c, u0, u1, u2)
+        return label, wi, _NONE, 0.0
     diffuse = LABEL_REFLECT | LABEL_DIFFUSE
     glossy = LABEL_REFLECT | LABEL_GLOSSY
     if kind <= LOBE_OREN_NAYAR:

@@ -3,6 +3,9 @@
 from ..core.jit import Entry, inlined
 from ..core.records import RAY_NO_LOBES, RAY_NO_REFLECTION, RAY_NO_REFRACTION
 from . import nodes
+from .chiang import chiang_lobe
+from .hair import hair_lobe
+from .huang import huang_lobe
 from .principled import principled_op
 from .setup import (
     diffuse_op,
@@ -15,6 +18,7 @@ from .setup import (
     translucent_op,
     transparent_op,
 )
+from .strands import chiang_op, hair_op, huang_op
 from .subsurface import subsurface_op
 from .thin_film import film_reflectance, thin_film_op
 
@@ -30,9 +34,24 @@ BSDF_ENTRIES: dict[int, Entry] = {
     nodes.SHEEN: sheen_op,
     nodes.TOON: toon_op,
     nodes.SUBSURFACE: subsurface_op,
+    nodes.HAIR: hair_op,
+    nodes.CHIANG: chiang_op,
+    nodes.HUANG: huang_op,
 }
 # Beside them: an instruction that BSDFs take a value from, and what it needs to be compiled.
 FILM_ENTRIES: dict[int, Entry] = {nodes.THIN_FILM: thin_film_op, nodes.FILM_REFLECTANCE: film_reflectance}
+FIBRE_ENTRIES: dict[int, Entry] = {
+    nodes.HAIR_LOBE: hair_lobe,
+    nodes.CHIANG_LOBE: chiang_lobe,
+    nodes.HUANG_LOBE: huang_lobe,
+}
+# What instructions need beside themselves: the code that closures which they make refer to.
+COMPANIONS = {
+    nodes.THIN_FILM: nodes.FILM_REFLECTANCE,
+    nodes.HAIR: nodes.HAIR_LOBE,
+    nodes.CHIANG: nodes.CHIANG_LOBE,
+    nodes.HUANG: nodes.HUANG_LOBE,
+}
 _FIRST, _LAST = min(BSDF_ENTRIES), max(BSDF_ENTRIES)
 
 

@@ -33,11 +33,20 @@ VALUE, NORMAL, TANGENT, FILM = "VALUE", "NORMAL", "TANGENT", "FILM"
     SHEEN,
     TOON,
     SUBSURFACE,
-) = range(200, 211)
+    HAIR,
+    CHIANG,
+    HUANG,
+) = range(200, 214)
 
 # What lies on a surface, for the BSDFs that follow: out (3), thickness in nm, IOR, table! (`thin_film`).
 THIN_FILM = 190
 FILM_REFLECTANCE = 191  # no instruction: where the code that closures under a film refer to stands among the entries
+
+# No instructions: where the code of the lobes of fibres stands among the entries (`fibre`).
+HAIR_LOBE, CHIANG_LOBE, HUANG_LOBE = 195, 196, 197
+
+# What an artist gives a strand's colour by, as immediates.
+HAIR_ABSORPTION, HAIR_MELANIN, HAIR_COLOR = 0, 1, 2
 
 # Microfacet distributions, as immediates.
 GGX, MULTI_GGX, BECKMANN, ASHIKHMIN_SHIRLEY = 0, 1, 2, 3
@@ -174,5 +183,39 @@ BSDF_NODES: dict[str, BsdfNode] = {
         SUBSURFACE,
         (_COLOR, Input("Scale", 1), Input("Radius", 3), _IOR, _ROUGHNESS, _ANISOTROPY, _NORMAL),
         (("falloff", METHODS), *_SUBSURFACE_CHOICES),
+    ),
+    "ShaderNodeBsdfHair": BsdfNode(
+        HAIR,
+        (_COLOR, Input("Offset", 1), Input("RoughnessU", 1), Input("RoughnessV", 1), Input("Tangent", 3, NORMAL)),
+        (("component", {"Reflection": 0, "Transmission": 1}),),
+    ),
+}
+
+_STRAND = (
+    _COLOR,
+    Input("Melanin", 1),
+    Input("Melanin Redness", 1),
+    Input("Tint", 3, missing=1.0),
+    Input("Absorption Coefficient", 3),
+    Input("Random Color", 1),
+    Input("Random", 1, missing=0.5),
+    Input("Random Roughness", 1),
+    _ROUGHNESS,
+    _IOR,
+    Input("Offset", 1),
+)
+_PARAMETRIZATION = (("parametrization", {"ABSORPTION": HAIR_ABSORPTION, "MELANIN": HAIR_MELANIN, "COLOR": HAIR_COLOR}),)
+# The Principled Hair BSDF by its model.
+PRINCIPLED_HAIR: dict[str, BsdfNode] = {
+    "CHIANG": BsdfNode(CHIANG, (*_STRAND, Input("Radial Roughness", 1), Input("Coat", 1)), _PARAMETRIZATION),
+    "HUANG": BsdfNode(
+        HUANG,
+        (
+            *_STRAND,
+            Input("Reflection", 1, missing=1.0),
+            Input("Transmission", 1, missing=1.0),
+            Input("Secondary Reflection", 1, missing=1.0),
+        ),
+        _PARAMETRIZATION,
     ),
 }

@@ -13,15 +13,18 @@ from .closure import (
     CLASS_GLOSSY,
     CLASS_TRANSMISSION,
     LOBE_ASHIKHMIN_SHIRLEY,
+    LOBE_FIBRE,
     LOBE_OREN_NAYAR,
     LOBE_ROUGH_TRANSLUCENT,
     LOBE_SUBSURFACE,
     LOBE_THIN_TRANSMISSION,
     LOBE_TRANSPARENT,
+    is_fibre,
     is_microfacet,
     is_singular,
     pass_class,
 )
+from .fibre import blur_fibre
 
 # Lobes rougher than this count as diffuse to the denoiser.
 _FEATURE_ALPHA_SQUARED = 0.075**2
@@ -42,6 +45,9 @@ def _albedo(scene, sp, c):
     if is_microfacet(c.kind):
         r0, r1, r2, t0, t1, t2 = microfacet_albedo(scene.lobe_tables, c, vec(sp.wo))
         return w[0] * r0, w[1] * r1, w[2] * r2, w[0] * t0, w[1] * t1, w[2] * t2
+    if is_fibre(c.kind):
+        a = vec(c.albedo)
+        return w[0] * a[0], w[1] * a[1], w[2] * a[2], 0.0, 0.0, 0.0
     return w[0], w[1], w[2], 0.0, 0.0, 0.0
 
 
@@ -113,6 +119,8 @@ def bsdf_blur(sp, roughness):
         if _has_alpha(c.kind):
             c.alpha_x = max(c.alpha_x, roughness)
             c.alpha_y = max(c.alpha_y, roughness)
+        elif c.kind == LOBE_FIBRE:
+            blur_fibre(c, roughness)
 
 
 @device
@@ -120,7 +128,7 @@ def is_blurred(sp):
     """Whether `bsdf_blur` may have a say, for whatever path: roughness goes up to α = 0.5."""
     for i in range(sp.n_closures):
         c = closure_at(sp.closures, i)
-        if _has_alpha(c.kind) and min(c.alpha_x, c.alpha_y) < 0.5:
+        if c.kind == LOBE_FIBRE or (_has_alpha(c.kind) and min(c.alpha_x, c.alpha_y) < 0.5):
             return True
     return False
 

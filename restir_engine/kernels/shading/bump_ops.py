@@ -25,27 +25,36 @@ from ..geometry.surface import object_normal
 from . import opcodes as ops
 from .input_ops import normal_operand, radial_tangent, tangent_along
 from .math_ops import clamp
+from .opcodes import BUMP_IN_WORLD
 from .operands import number, opcode, triple
-from .shift import footprint_axes
+from .shift import footprint_axes, undisplaced_axes
 
 
 @device
-def _bump(sp, registers, code, at):
+def _bump(scene, sp, registers, code, at):
     """The normal bent by the height's gradient over the footprint (Mikkelsen 2010)."""
     n = normal_operand(sp, registers, code, at + 1)
     h = number(registers, code, at + 2)
     dx, dy = number(registers, code, at + 3) - h, number(registers, code, at + 4) - h
     strength = max(number(registers, code, at + 5), 0.0)
     distance, width = number(registers, code, at + 6), number(registers, code, at + 7)
+    space = load_i32(code, at + 8)
     a, b = footprint_axes(sp)
+    if space != BUMP_IN_WORLD:
+        instance = placed_at(scene, sp.instance)
+        n = normalize(transform_normal(instance.to_world, n))
+        a, b = transform_vector(instance.to_object, a), transform_vector(instance.to_object, b)
+        if space >= 0:
+            a, b = undisplaced_axes(scene, sp, space)
     across_a, across_b = cross(b, n), cross(n, a)
     determinant = dot(a, across_a)
     gradient = add(scale(across_a, dx), scale(across_b, dy))
     sign = -distance if determinant >= 0.0 else distance
     bent = normalize(madd(scale(n, width * abs(determinant)), gradient, sign))
-    if is_black(bent) or bent[0] != bent[0]:
-        return n
-    return normalize(lerp(n, bent, strength))
+    bent = n if is_black(bent) or bent[0] != bent[0] else normalize(lerp(n, bent, strength))
+    if space == BUMP_IN_WORLD:
+        return bent
+    return normalize(transform_normal(placed_at(scene, sp.instance).to_object, bent))
 
 
 @device
@@ -157,7 +166,7 @@ def bump_op(scene, sp, registers, code, at):
     scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
     op = opcode(code, at)
     if op == ops.BUMP:
-        result = _bump(sp, registers, code, at)
+        result = _bump(scene, sp, registers, code, at)
     elif op == ops.NORMAL_MAP:
         result = _normal_map(scene, sp, registers, code, at)
     elif op == ops.RADIAL_TANGENT:

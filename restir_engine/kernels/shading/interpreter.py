@@ -15,8 +15,7 @@ from ..core.records import (
 )
 from ..core.vec import LARGEST_RADIANCE, normalize, put, store3_f64, vec
 from ..lobes.closure import LOBE_LAMBERT, add_closure
-from ..lobes.entries import BSDF_ENTRIES, FILM_ENTRIES, makes_no_lobes
-from ..lobes.nodes import FILM_REFLECTANCE, THIN_FILM
+from ..lobes.entries import BSDF_ENTRIES, COMPANIONS, FIBRE_ENTRIES, FILM_ENTRIES, makes_no_lobes
 from ..volume.program import medium_op
 from . import opcodes as ops
 from .bump_ops import bump_op
@@ -68,6 +67,8 @@ def _flow_op(op, sp, registers, code, at):
     elif op == ops.HOLDOUT:
         weight = triple(registers, code, at)
         sp.holdout += (weight[0] + weight[1] + weight[2]) * (1.0 / 3.0)
+    elif op == ops.DISPLACE:
+        put(sp.emission, triple(registers, code, at))
     elif op == ops.AOV:
         _write_aov(sp, registers, code, at)
     elif op == ops.SET_NORMAL:
@@ -196,6 +197,13 @@ def write_aovs(scene, sp, aovs):
         call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), start, 0, 0)
 
 
+@device
+def displacement_eval(scene, sp):
+    """How far the displacement of sp.material moves the point sp, in world space: to sp.emission."""
+    start = material_at(scene.materials, sp.material).displacement
+    call_entry(load_i64(scene.shader_entries, _PROGRAM), record_address(scene), record_address(sp), start, 0, 0)
+
+
 @entry
 def _program(scene, sp, start, _code, _at):
     _run_program(scene_at(scene, 0), shading_point_at(sp, 0), start)
@@ -211,6 +219,7 @@ _ENTRIES: dict[int, Entry] = {
     **TEXTURE_ENTRIES,
     **BSDF_ENTRIES,
     **FILM_ENTRIES,
+    **FIBRE_ENTRIES,
     **dict.fromkeys((ops.AMBIENT_OCCLUSION, ops.RAYCAST, ops.BEVEL), ray_op),
     **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_ATTRIBUTE + 1), medium_op),
 }
@@ -229,7 +238,7 @@ def shader_entries(code: np.ndarray) -> np.ndarray:
     """Addresses by opcode of what runs these programs, compiled where it is not yet; 0 for what none of them needs."""
     table = np.zeros(max(_ENTRIES) + 1, np.int64)
     found = opcodes_in(code)
-    needed = {_PROGRAM} | (found & _ENTRIES.keys()) | ({FILM_REFLECTANCE} if THIN_FILM in found else set())
+    needed = {_PROGRAM} | (found & _ENTRIES.keys()) | {COMPANIONS[op] for op in found & COMPANIONS.keys()}
     load(_ENTRIES[op] for op in needed)
     for op in needed:
         table[op] = _ENTRIES[op].address

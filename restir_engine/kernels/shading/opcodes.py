@@ -15,6 +15,7 @@ HOLDOUT = 4  # weight
 SET_NORMAL = 5  # normal: the shading normal from here on
 JUMP_SHADOW = 6  # distance!: skips `distance` words for shadow rays, whose own program stands there
 AOV = 7  # channel!, components!, value: adds to sp.aovs; of a colour the fourth channel counts
+DISPLACE = 8  # vector: to sp.emission, by which the program of a displacement is asked
 
 # Conversions and what most programs do with numbers: interpreter ----------------------------------------------
 LUMINANCE = 10  # out, colour
@@ -113,7 +114,10 @@ TRANSFORM_TYPES = ("POINT", "VECTOR", "NORMAL")
 SPACES = ("WORLD", "OBJECT", "CAMERA")
 
 # Normals: bump_ops ---------------------------------------------------------------------------------------------
-BUMP = 80  # out, normal or -1!, height, height 1, height 2, strength, distance, width
+# Where the gradient of a bump's height is taken: in the world, or, of displacement, in the object's space, if vertices
+# are displaced along places before that, whose name stands there.
+BUMP_IN_WORLD, BUMP_IN_OBJECT = -1, -2
+BUMP = 80  # out, normal or -1!, height, height 1, height 2, strength, distance, width, BUMP_IN_* or a name!
 NORMAL_MAP = 81  # out, index into NORMAL_SPACES!, name of the tangent!, colour, strength, unit normal!
 RADIAL_TANGENT = 82  # out, axis! (0, 1, 2)
 UV_TANGENT = 83  # out, name of the tangent!

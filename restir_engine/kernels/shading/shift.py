@@ -18,6 +18,17 @@ def footprint_axes(sp):
 
 
 @device
+def undisplaced_axes(scene, sp, name):
+    """Those axes on the surface as it was before it was displaced, in object space; `name`: that of its places."""
+    _found, x, y, z, _w = attribute(scene, sp, name, 0.0, 0.0)
+    du, dv = barycentric_shift(sp, 1, 1.0)
+    _found, ax, ay, az, _w = attribute(scene, sp, name, du, dv)
+    du, dv = barycentric_shift(sp, 2, 1.0)
+    _found, bx, by, bz, _w = attribute(scene, sp, name, du, dv)
+    return (ax - x, ay - y, az - z), (bx - x, by - y, bz - z)
+
+
+@device
 def shifted_position(sp, offset, width):
     """sp.p, or for offset 1 and 2 a point `width` footprints away along an axis."""
     if offset == 0:

@@ -34,7 +34,7 @@ def bump(c, node):
         distance = flipped
     heights = _heights(c, width, lambda: c.value(node, "Height"))
     out = c.allocate(3)
-    c.emit(ops.BUMP, out, normal, *heights, strength, distance, width)
+    c.emit(ops.BUMP, out, normal, *heights, strength, distance, width, ops.BUMP_IN_WORLD)
     return {"Normal": out}
 
 
@@ -80,11 +80,12 @@ def vector_displacement(c, node):
     return {"Displacement": out}
 
 
-def displaced_normal(c, output) -> int:
-    """The shading normal that a material output's displacement stands for."""
+def displaced_normal(c, output, moves: bool) -> int:
+    """The shading normal that a material output's displacement stands for; moves: of vertices that it has displaced."""
     width, one = c.constant(DISPLACEMENT_FILTER_WIDTH), c.constant(1.0)
     zero, dot = c.constant((0.0, 0.0, 0.0)), ops.VECTOR_OPERATIONS.index("DOT_PRODUCT")
     normal = point(c, ops.POINT_NORMAL)
+    space = c.attribute(names.UNDISPLACED) if moves else ops.BUMP_IN_OBJECT
 
     def height() -> int:
         out = c.allocate(3)
@@ -92,5 +93,5 @@ def displaced_normal(c, output) -> int:
         return out
 
     out = c.allocate(3)
-    c.emit(ops.BUMP, out, -1, *_heights(c, width, height), one, one, width)
+    c.emit(ops.BUMP, out, -1, *_heights(c, width, height), one, one, width, space)
     return out

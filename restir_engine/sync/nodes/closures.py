@@ -55,6 +55,18 @@ def bsdf(c, node, weight):
     c.emit(layout.opcode, weight, *words)
 
 
+@closure("ShaderNodeBsdfHairPrincipled")
+def principled_hair(c, node, weight):
+    layout = lobes.PRINCIPLED_HAIR[node.model]
+    words = [operand(c, node, item) for item in layout.inputs]
+    words += [values[getattr(node, attribute)] for attribute, values in layout.enums]
+    if node.model == "HUANG":
+        ratio = next((socket for socket in node.inputs if socket.name == "Aspect Ratio"), None)
+        if ratio is not None and (ratio.is_linked or ratio.default_value != 1.0):
+            c.warn("the aspect ratio of hair is left out: strands are round")
+    c.emit(layout.opcode, weight, *words)
+
+
 def operand(c, node, item) -> int:
     if item.default == lobes.FILM:
         return thin_film(c, node)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...kernels.core import records as rec
 from ...kernels.core.vec import LARGEST_RADIANCE
-from ...kernels.lobes.nodes import BSDF_NODES, TRANSPARENT
+from ...kernels.lobes.nodes import BSDF_NODES, PRINCIPLED_HAIR, TRANSPARENT
 from ...kernels.shading import opcodes as ops
 from ...scene.names import split_object_property
 from ...scene.shaders import Program
@@ -25,7 +25,8 @@ from .subsurface import Subsurface, emit_medium
 from .values import ValueCompiler
 
 # Instructions that add a closure (or more) to what Cycles has room for; transparency is kept apart.
-_CLOSURE_OPCODES = frozenset(layout.opcode for layout in BSDF_NODES.values()) - {TRANSPARENT}
+_LAYOUTS = (*BSDF_NODES.values(), *PRINCIPLED_HAIR.values())
+_CLOSURE_OPCODES = frozenset(layout.opcode for layout in _LAYOUTS) - {TRANSPARENT}
 
 
 class Compiler(ValueCompiler):
@@ -39,7 +40,7 @@ class Compiler(ValueCompiler):
         """`kind` and `name` are the datablock's, for warnings ("Material", "Skin")."""
         super().__init__(scene, kind, name)
         self.transparent_shadows = True  # False: opaque to shadow rays, whatever it is to others
-        self.displaces = False  # whether displacement is meant to move the surface
+        self.displacement_method = "BUMP"  # of the material
         self.subsurface = Subsurface()
         self.in_grids = False  # whether it is the material of grids of voxels, which have a volume and no surface
         self.is_medium = False  # whether the surface is the material's own medium, whatever is linked to the output
@@ -48,6 +49,7 @@ class Compiler(ValueCompiler):
         self.one = self.constant((1.0, 1.0, 1.0))
         self._converters = CLOSURES  # or VOLUMES, INSIDE
         self._medium: list[list[int]] = []  # instructions of the medium inside
+        self._displacement: list[list[int]] = []  # of what moves vertices
         self._aovs: list[list[int]] = []  # of AOV Output nodes
         self._medium_grid = -1  # the grid to which all of the medium's coefficients are proportional
         self._weight = self.one  # of the closure that is being compiled
@@ -85,7 +87,8 @@ class Compiler(ValueCompiler):
         count = sum(instruction[0] in _CLOSURE_OPCODES for instruction in self.instructions)
         if count > rec.MAX_CLOSURES:
             self.warn(f"has {count} closures, of which {rec.MAX_CLOSURES} at most are rendered at a point")
-        code, constants, starts = self.finish({"medium": self._medium, "aovs": self._aovs}, shadow)
+        parts = {"medium": self._medium, "displacement": self._displacement, "aovs": self._aovs}
+        code, constants, starts = self.finish(parts, shadow)
         return Program(
             code,
             constants,
@@ -111,16 +114,18 @@ class Compiler(ValueCompiler):
         if self.subsurface.scatter_inside:
             self._inside(output, "Surface", INSIDE)
         if self.is_linked(output, "Displacement"):
-            if self.displaces:
-                self.warn("displacement is rendered as bump")
-            normal = displaced_normal(self, output)
-            self._cache.clear()
-            self.emit(ops.SET_NORMAL, normal)
+            if self.displacement_method != "BUMP":
+                self._displaced(output)
+            if self.displacement_method != "DISPLACEMENT":
+                normal = displaced_normal(self, output, self.displacement_method == "BOTH")
+                self._cache.clear()
+                self.emit(ops.SET_NORMAL, normal)
         if self.is_medium:
             emit_medium(self)
         else:
             self.closure(output, "Surface", self.one)
-        if self.is_linked(output, "Displacement") and self.flags & rec.MATERIAL_SUBSURFACE:
+        bumped = self.is_linked(output, "Displacement") and self.displacement_method != "DISPLACEMENT"
+        if bumped and self.flags & rec.MATERIAL_SUBSURFACE:
             self.flags |= rec.MATERIAL_BUMPED_EXIT
         self._nodes.pop()
 
@@ -148,6 +153,16 @@ class Compiler(ValueCompiler):
         self._cache.clear()
         if self._medium:
             self.flags |= rec.MATERIAL_MEDIUM
+
+    def _displaced(self, output: bpy.types.Node) -> None:
+        """Add the program by which vertices are displaced."""
+        surface, self.instructions = self.instructions, []
+        self._cache.clear()
+        self.emit(ops.DISPLACE, self.vector(output, "Displacement"))
+        self._displacement, self.instructions = self.instructions, surface
+        self._cache.clear()
+        if self.displacement_method == "DISPLACEMENT":
+            self.flags |= rec.MATERIAL_DISPLACED_NORMALS
 
     def _aov_outputs(self, tree: bpy.types.NodeTree) -> None:
         """Add what AOV Output nodes write, those within groups included."""

@@ -6,8 +6,6 @@ from ...kernels.lobes import BSDF_NODES
 
 # What is rendered instead of a shader node, with the warning.
 _INSTEAD = {
-    "ShaderNodeBsdfHair": ("ShaderNodeBsdfDiffuse", "hair is rendered as diffuse"),
-    "ShaderNodeBsdfHairPrincipled": ("ShaderNodeBsdfDiffuse", "hair is rendered as diffuse"),
     "ShaderNodeBsdfRayPortal": ("ShaderNodeBsdfTransparent", "ray portals are rendered as transparent"),
 }
 

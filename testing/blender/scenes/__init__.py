@@ -3,10 +3,36 @@
 from dataclasses import replace
 
 from ..registry import SCENES, Scene
-from . import camera, geometry, light, lobes, motion, smoke, strangers, subsurface, texture, volume
+from . import (
+    camera,
+    displacement,
+    geometry,
+    hair,
+    light,
+    lobes,
+    motion,
+    smoke,
+    strangers,
+    subsurface,
+    texture,
+    volume,
+)
 
 __all__ = ["SCENES", "scaled"]
-MODULES = (light, geometry, camera, texture, lobes, subsurface, volume, smoke, motion, strangers)
+MODULES = (
+    light,
+    geometry,
+    displacement,
+    camera,
+    texture,
+    lobes,
+    hair,
+    subsurface,
+    volume,
+    smoke,
+    motion,
+    strangers,
+)
 
 
 def scaled(item: Scene, factor: float) -> Scene:

@@ -13,6 +13,7 @@ MATERIAL = record(
     "emission_sampling",  # 0 none, 1 auto, 2 front, 3 back, 4 both
     "medium",  # start of the program of the medium inside in `code`, -1: none; it uses the same constants
     "medium_priority",  # where media overlap, those of the highest priority count
+    "displacement",  # start of the program that displaces vertices in `code`, -1: none; it uses the same constants
     "aovs",  # start of the program of its AOV Output nodes in `code`, -1: none; it uses the same constants
     ("emission_estimate", 3),  # radiance; only about right with MATERIAL_VARYING_EMISSION; 0: does not emit
     ("lambert", 3),  # weight of the one lobe of MATERIAL_LAMBERT
@@ -28,6 +29,7 @@ MATERIAL_MEDIUM = 64  # has a medium inside
 MATERIAL_BUMP_UNCORRECTED = 256  # its bumped normals are taken as they are
 MATERIAL_MEDIUM_VARIES = 512  # and that medium varies in space: its program runs at points inside
 MATERIAL_MEDIUM_TEXTURED = 1024  # and not by grids of voxels alone
+MATERIAL_DISPLACED_NORMALS = 2048  # vertices that it displaces get normals anew: nothing else bends them
 MATERIAL_BOUNDARY = 128  # nothing but the invisible boundary of a medium: rays pass without a bounce
 
 IMAGE = record(
@@ -53,11 +55,16 @@ CLOSURE = record(
     ("p", 16),  # what else the lobe needs; each lobe module names its own
     # Of microfacets under a thin film (lobes.thin_film):
     "film",  # address of the code that gives their reflectance, 0: no film
-    "film_table",
+    "film_table",  # of Huang's hair, which has no film, the albedo tables
     ("film_thickness", 1),  # nm
     ("film_ior", 1),  # relative to the medium on the outside
     ("film_cosine", 1),  # what that code is asked, and its answer
     ("film_reflectance", 3),
+    # Of lobes whose code is called by address (lobes.fibre):
+    "code",  # that address
+    ("asked", 3),
+    ("answer", 4),
+    ("albedo", 3),
 )
 closure_at = record_at(CLOSURE)
 MAX_CLOSURES = 64  # as many as Cycles

@@ -1,0 +1,68 @@
+"""Materials that move the vertices of meshes."""
+
+from .. import kit
+from ..registry import scene
+
+
+def displaced(method: str, make, **properties):
+    """A grey material with a displacement that `make` makes from `node`."""
+    return kit.material(
+        lambda node: {"Surface": node("BsdfDiffuse", Color=(0.7, 0.7, 0.7)), "Displacement": make(node)},
+        displacement_method=method,
+        **properties,
+    )
+
+
+def noise(scale: float = 3.0, space: str = "OBJECT", coordinates: str = ""):
+    """Bumps of noise, over Generated coordinates or others."""
+
+    def make(node):
+        vector = {"Vector": node("TexCoord").outputs[coordinates]} if coordinates else {}
+        return node(
+            "Displacement", Height=node("TexNoise", Scale=scale, **vector), Midlevel=0.5, Scale=0.6, space=space
+        )
+
+    return make
+
+
+def tiles(node):
+    """Steps along a UV map."""
+    checker = node("TexChecker", Vector=node("TexCoord").outputs["UV"], Scale=6.0)
+    return node("Displacement", Height=checker.outputs["Fac"], Midlevel=0.0, Scale=0.15)
+
+
+def vectors(space: str):
+    """Noise in all directions."""
+    return lambda node: node(
+        "VectorDisplacement", Vector=node("TexNoise", Scale=2.0).outputs["Color"], Midlevel=0.5, Scale=0.8, space=space
+    )
+
+
+def show(materials, shape: str = "ball", levels: int = 2, kind: str = "CATMULL_CLARK"):
+    """A row of turned and stretched objects, subdivided; the last one is smooth."""
+    kit.floor()
+    kit.light("AREA", 200.0, (2.5, -3.0, 3.5), (0.0, 0.0, 0.5), size=1.5)
+    kit.world(lambda node: node("Background", Strength=0.3))
+    row = kit.row(materials, shape, 4.2, 0.55)
+    row[-1].data.shade_smooth()
+    for thing in row:
+        thing.rotation_euler, thing.scale = (0.3, 0.2, 0.5), (0.5, 0.5, 0.6)
+        modifier = thing.modifiers.new("Subdivision", "SUBSURF")
+        modifier.levels = modifier.render_levels = levels
+        modifier.subdivision_type = kind
+
+
+@scene(1, 128, deep=True)
+def displacement():
+    show([displaced("DISPLACEMENT", noise()), displaced("BOTH", noise()), displaced("DISPLACEMENT", tiles)])
+
+
+@scene(1, 128, deep=True, by_version=True)
+def displacement_of_boxes():
+    flat = displaced("DISPLACEMENT", noise(coordinates="Object"))
+    show([flat, displaced("DISPLACEMENT", noise(space="WORLD")), displaced("BUMP", noise())], "cube", 5, "SIMPLE")
+
+
+@scene(1, 128, deep=True)
+def vector_displacement():
+    show([displaced("DISPLACEMENT", vectors(space)) for space in ("OBJECT", "TANGENT", "WORLD")])
