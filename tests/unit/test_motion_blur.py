@@ -189,10 +189,10 @@ def test_moving_emitters_are_sampled_as_they_are_found():
 
 
 REUSE = {
-    "none": ReuseSettings(),
-    "disk": ReuseSettings(rounds=1, neighbours=3, pattern="DISK"),
-    "pairs": ReuseSettings(rounds=2, neighbours=2, pattern="PAIRS"),
-    "in time": ReuseSettings(temporal=True, rounds=1, neighbours=2),
+    "none": ReuseSettings(pilot=False),
+    "disk": ReuseSettings(pilot=False, rounds=2, neighbours=4, radius=3.0, pattern="DISK"),
+    "pairs": ReuseSettings(pilot=False, rounds=2, neighbours=2, radius=4.0, pattern="PAIRS"),
+    "in time": ReuseSettings(pilot=False, temporal=True, rounds=1, neighbours=2),
 }
 SIZE, SEEDS = 24, range(12)
 
@@ -224,10 +224,10 @@ def test_a_picture_of_one_moment_is_told_from_it(everything_moves):
 
 def test_whole_paths_are_not_reused_and_that_is_said():
     scene = blurred(16).commit()
-    reuse = ReuseSettings(rounds=1, paths="WHOLE")
+    reuse = ReuseSettings(pilot=False, rounds=1, paths="WHOLE")
     pictures = [
         frames(scene, 4, range(2), max_bounces=1, integrator="RESTIR", reuse=options)
-        for options in (reuse, ReuseSettings(rounds=1))
+        for options in (reuse, ReuseSettings(pilot=False, rounds=1))
     ]
     assert np.array_equal(*pictures)
     assert any("no whole paths" in line for line in scene.warnings.lines())

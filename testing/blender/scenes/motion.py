@@ -74,7 +74,7 @@ def moving_camera():
     shutter()
 
 
-@scene(1)
+@scene(1, deep=True)
 def turning_object():
     """A propeller of a quarter turn with nine steps beside one with three, and one whose blur is off."""
     bench()
