@@ -19,6 +19,7 @@ from ..scene.mesh import Mesh, with_normals_for
 from ..scene.scene import Scene
 from ..scene.shape import Attribute, Shape, attribute_table
 from ..settings import aov_channels
+from .adaptive import adaptive_modifier, diced
 from .camera import sync_camera
 from .culling import Culled, Culling
 from .curves import read_curves, strand_look
@@ -330,6 +331,10 @@ class _Reader:
         if mesh is None:
             with readable(item, data, self.depsgraph) as source:
                 mesh = self._cache.read(self.scene, source, changes_shape(item, data), place)
+        modifier = adaptive_modifier(item, self.depsgraph)
+        if mesh is not None and modifier is not None:
+            with readable(item, data, self.depsgraph) as source:
+                mesh = diced(self.scene, item, source, mesh, modifier, self.depsgraph)
         return mesh
 
     def _read_others(self, data) -> Shape | None:

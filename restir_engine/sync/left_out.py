@@ -96,11 +96,6 @@ def note_object(item, warnings) -> None:
     if isinstance(item.data, bpy.types.Light):
         for text in asked(item.data, LIGHT):
             warnings.add("Light", item.data.name, text)
-    for modifier in item.modifiers:
-        if not modifier.show_render:
-            continue
-        if modifier.type == "SUBSURF" and is_adaptive(item, modifier):
-            warnings.add("Object", item.name, "adaptive subdivision is left out: it has the levels of its modifier")
 
 
 def note_hair(item, warnings) -> None:
@@ -117,13 +112,6 @@ def note_hair(item, warnings) -> None:
 def is_hair(particles) -> bool:
     """Whether a particle system is drawn as strands."""
     return particles.settings.type == "HAIR" and particles.settings.render_type == "PATH" and len(particles.particles)
-
-
-def is_adaptive(item, modifier) -> bool:
-    """Whether Cycles would subdivide by size in the picture: a switch of the object, later of the modifier."""
-    return getattr(modifier, "use_adaptive_subdivision", False) or (
-        getattr(getattr(item, "cycles", None), "use_adaptive_subdivision", False) and modifier == item.modifiers[-1]
-    )
 
 
 def asked(owner, table: tuple[LeftOut, ...]) -> Iterator[str]:

@@ -99,21 +99,6 @@ def test_data_without_triangles(shown):
     assert [line for line in warnings.lines() if "grease pencil" in line]
 
 
-def test_adaptive_subdivision(shown):
-    thing = bpy.data.objects["cube"]
-    modifier = thing.modifiers.new("Subdivision", "SUBSURF")
-    warnings = Warnings()
-    note_object(thing, warnings)
-    assert not len(warnings)
-    if V5:
-        modifier.use_adaptive_subdivision = True
-    else:
-        shown.cycles.feature_set = "EXPERIMENTAL"
-        thing.cycles.use_adaptive_subdivision = True
-    note_object(thing, warnings)
-    assert "adaptive subdivision" in warnings.lines()[0]
-
-
 def test_hidden_particles_are_not_named(shown):
     warnings = Warnings()
     note_hair(bpy.data.objects["cube"], warnings)
