@@ -41,6 +41,7 @@ upscale_at = record_at(UPSCALE)
 # Of the weights by distance on the film, in coarse pixels; by the cosine of normals, its power; by the relative
 # difference of distances. A pixel whose surface no coarse one near it shows takes the mean of them all.
 _WIDTH, _SHARPNESS, _DEPTH, _LEAST = 0.6, 16.0, 0.05, 1e-6
+_SAME = 0.01  # the least likeness of two places of one instance: at outlines normals and distances differ much
 
 
 @kernel
@@ -80,7 +81,7 @@ def _likeness(guide, a, b):
     for k in range(1, 4):
         cosine += load_f32(guide, a + k) * load_f32(guide, b + k)
     apart = (here - there) / (_DEPTH * here)
-    return max(cosine, 0.0) ** _SHARPNESS * math.exp(-apart * apart)
+    return _SAME + (1.0 - _SAME) * max(cosine, 0.0) ** _SHARPNESS * math.exp(-apart * apart)
 
 
 @kernel
