@@ -235,7 +235,8 @@ class _Reader:
             return None
         steps, deforms = self._steps_of(instance, item)
         if steps and deforms:
-            deforms = not is_grids(item) and not self._follow_velocity(mesh, data) and changes_shape(item, data)
+            diced = isinstance(data, bpy.types.Mesh) and len(data.vertices) != len(self.scene.meshes[mesh].points)
+            deforms = not (diced or is_grids(item) or self._follow_velocity(mesh, data)) and changes_shape(item, data)
         flags = instance_flags(instance, self.view_layer)
         if flags & INSTANCE_SHADOW_CATCHER:
             self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")
