@@ -4,8 +4,9 @@ import mitsuba as mi
 import numpy as np
 
 from restir_engine.scene.scene import Scene
+from restir_engine.scene.voxels import VoxelAttribute, box_mesh
 from testing.scenes.lights import emission_program, matrix
-from testing.scenes.media import medium, stage
+from testing.scenes.media import grid_medium, medium, stage
 from testing.scenes.rooms import look, render, scaled
 from testing.scenes.shapes import QUAD
 
@@ -51,6 +52,19 @@ def our_scene(shape, sigma_t, albedo, g, glass, size: int) -> Scene:
     return b.finish(look(EYE, TARGET, size))
 
 
+def our_grid_scene(values: np.ndarray, sigma_t, albedo, g, size: int) -> Scene:
+    """The same with a cube from -1 to 1 that voxels (nx, ny, nz) fill, zeros at its sides: factors of sigma_t."""
+    b = stage()
+    name = b.scene.attribute_name("density")
+    edges = 2.0 / np.array(values.shape)
+    to_index = np.column_stack([np.diag(1.0 / edges), 1.0 / edges - 0.5])
+    scattering = np.multiply(sigma_t, albedo)
+    material = grid_medium(name, np.subtract(sigma_t, scattering), scattering, g)
+    b.add(box_mesh("grid", [VoxelAttribute(name, values, to_index)]), material, matrix())
+    b.add(QUAD, emission_program((LAMP,) * 3), scaled(matrix((0.0, 0.0, 2.5), (0.0, 0.0, -1.0)), 0.8, 0.8, 1.0))
+    return b.finish(look(EYE, TARGET, size))
+
+
 def our_frames(scene: Scene, samples: int) -> np.ndarray:
     """(GROUPS, height, width, 3), rows bottom to top."""
     return np.stack([render(scene, samples, seed=seed, pixel_filter="BOX", **MANY) for seed in range(GROUPS)])
@@ -66,8 +80,8 @@ def _mesh(shape, properties: mi.Properties) -> mi.Mesh:
     return mesh
 
 
-def mitsuba_frames(shape, sigma_t, albedo, g, glass, size: int, samples: int) -> np.ndarray:
-    """The same images by Mitsuba's volpath."""
+def mitsuba_frames(shape, sigma_t, albedo, g, glass, size: int, samples: int, values=None) -> np.ndarray:
+    """The same images by Mitsuba's volpath; values: voxels as in `our_grid_scene`, sigma_t then a number."""
     surface: dict = {"type": "null"}
     if glass is not None:
         surface = {"type": "dielectric", "int_ior": glass[1], "ext_ior": 1.0}
@@ -81,6 +95,10 @@ def mitsuba_frames(shape, sigma_t, albedo, g, glass, size: int, samples: int) ->
         "scale": float(np.max(sigma_t)),
         "phase": {"type": "hg", "g": g},
     }
+    if values is not None:
+        place = mi.ScalarTransform4f().translate(-1.0).scale(2.0)
+        grid = mi.VolumeGrid(np.ascontiguousarray(values.transpose(2, 1, 0)[..., None], np.float32))
+        inside |= {"type": "heterogeneous", "sigma_t": {"type": "gridvolume", "grid": grid, "to_world": place}}
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(surface)
     properties["interior"] = mi.load_dict(inside)

@@ -49,6 +49,21 @@ def ramp(absorption=0.0, scattering=0.0, emission=0.0, start=1.0, slope=1.0):
     return result
 
 
+def grid_medium(name: int, absorption, scattering, g=0.0):
+    """A boundary's program whose coefficients, numbers or rgb, are multiplied by the grid of an interned name."""
+    rgb = [value for x in (absorption, scattering, 0.0) for value in np.broadcast_to(x, 3)]
+    inside = (
+        (ops.VOLUME_ATTRIBUTE, 14, name),
+        *((ops.MULTIPLY, 18 + 3 * k, 3, 3 + 3 * k, 14) for k in range(2)),
+        (ops.VOLUME_COEFFICIENTS, 0, 18, 21, 9, PHASE_HG, 12, 13),
+    )
+    surface = (nodes.TRANSPARENT, 0, 0)
+    flags = rec.MATERIAL_MEDIUM | rec.MATERIAL_TRANSPARENT | rec.MATERIAL_BOUNDARY | rec.MATERIAL_MEDIUM_VARIES
+    result = program([surface, (END,), *inside], [1.0, 1.0, 1.0, *rgb, g, 0.0], flags=flags)
+    result.medium = len(surface) + 1 + 2
+    return result
+
+
 def stage(world=1.0) -> Builder:
     """Nothing but a world of constant radiance."""
     b = Builder()

@@ -12,7 +12,7 @@ from testing.scenes.shapes import OUTWARD
 
 pytest.importorskip("mitsuba")
 
-from testing.mitsuba.media import ball, mitsuba_frames, our_frames, our_scene
+from testing.mitsuba.media import ball, mitsuba_frames, our_frames, our_grid_scene, our_scene
 
 # Shape, extinction, single-scattering albedo, g, (roughness, ior) of the glass, samples of each of the 16 images.
 CASES = {
@@ -30,6 +30,19 @@ def test_pictures_agree(name):
     *what, samples = CASES[name]
     ours = our_frames(our_scene(*what, size=48), samples)
     off, error, z = compare(ours, mitsuba_frames(*what, size=48, samples=samples))
+    assert np.all(error < 0.004), error
+    assert np.all(np.abs(off) <= 0.005 + 3.0 * error), off
+    assert (np.abs(z).max(2) > 3.0).sum() <= 1, z
+
+
+@pytest.mark.deep
+def test_a_grid_of_voxels_agrees():
+    """Twelve, ten and eight random voxels, with zeros around them."""
+    values = np.pad(np.random.default_rng(3).random((12, 10, 8)) ** 2, 1)
+    what, samples = ((0.95, 0.8, 0.5), 0.4), 64
+    ours = our_frames(our_grid_scene(values, 6.0, *what, size=48), samples)
+    theirs = mitsuba_frames(OUTWARD, 6.0, *what, None, size=48, samples=samples, values=values)
+    off, error, z = compare(ours, theirs)
     assert np.all(error < 0.004), error
     assert np.all(np.abs(off) <= 0.005 + 3.0 * error), off
     assert (np.abs(z).max(2) > 3.0).sum() <= 1, z
