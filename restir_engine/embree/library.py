@@ -37,6 +37,7 @@ _API = {
     "rtcSetGeometryMask": (None, [c_void_p, c_uint]),
     "rtcSetGeometryBuildQuality": (None, [c_void_p, c_int]),
     "rtcSetGeometryTessellationRate": (None, [c_void_p, c_float]),
+    "rtcSetGeometryUserData": (None, [c_void_p, c_void_p]),
     "rtcSetGeometryIntersectFilterFunction": (None, [c_void_p, c_void_p]),
     "rtcSetGeometryOccludedFilterFunction": (None, [c_void_p, c_void_p]),
     "rtcAttachGeometryByID": (None, [c_void_p, c_void_p, c_uint]),

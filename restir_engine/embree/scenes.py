@@ -78,9 +78,10 @@ class ShapeScene(_Scene):
     def __init__(self) -> None:
         super().__init__(lib.SCENE_ROBUST | lib.SCENE_ARGUMENT_FILTER, lib.QUALITY_MEDIUM)
 
-    def _filter(self, geometry: int, function: int) -> None:
-        """Let the function at an address refuse hits, with RTCFilterFunctionNArguments; 0: none."""
+    def _filter(self, geometry: int, function: int, data: np.ndarray | None = None) -> None:
+        """Let the function at an address refuse hits (RTCFilterFunctionNArguments); 0: none. data: its user data."""
         if function:
+            self._rtc.rtcSetGeometryUserData(geometry, 0 if data is None else data.ctypes.data)
             self._rtc.rtcSetGeometryIntersectFilterFunction(geometry, function)
             self._rtc.rtcSetGeometryOccludedFilterFunction(geometry, function)
 
@@ -105,7 +106,7 @@ class StrandScene(ShapeScene):
 
     points: float32 (n, 4), place and radius; segments: uint32 (m,), the first of the four points of each, of which it
     leads from the second to the third; strands: int32 (m,), whose segment it is. pieces: by which flat curves are
-    approximated, a segment; filter: see `_filter`; steps: of points, as of `MeshScene`, (steps, n, 4).
+    approximated, a segment; filter, data: see `_filter`; steps: of points, as of `MeshScene`, (steps, n, 4).
     """
 
     def __init__(
@@ -117,6 +118,7 @@ class StrandScene(ShapeScene):
         strands: np.ndarray,
         pieces: int,
         filter: int,
+        data: np.ndarray,
         steps: np.ndarray | None = None,
     ) -> None:
         super().__init__()
@@ -129,10 +131,10 @@ class StrandScene(ShapeScene):
             buffers += [(lib.BUFFER_INDEX, lib.UINT, segments + np.uint32(1)), (lib.BUFFER_FLAGS, lib.UCHAR, flags)]
         else:
             buffers += [(lib.BUFFER_INDEX, lib.UINT, segments)]
-        self._arrays = buffers, steps
+        self._arrays = buffers, data, steps
         geometry = self._geometry(kind, steps, *buffers)
         self._rtc.rtcSetGeometryTessellationRate(geometry, pieces)
-        self._filter(geometry, filter)
+        self._filter(geometry, filter, data)
         self._attach(geometry, index, lib.INVALID)
         self._commit()
 

@@ -11,6 +11,10 @@ RESERVED = (UV, GENERATED, COLOR)  # in the order of records.ATTRIBUTE_*
 
 POINTINESS = "\x00pointiness"  # convexity of a point's surroundings, 0.5 where flat
 ISLAND = "\x00island"  # a random number for each connected part
+INTERCEPT = "\x00intercept"  # of points of strands: the share of the strand's length on the way to them
+LENGTH = "\x00length"  # of strands, in object space
+STRAND_RANDOM = "\x00strand random"  # a number for each strand
+POINT_RANDOM = "\x00point random"  # a number for each point of a cloud
 
 UNDISPLACED = "\x00undisplaced"  # where a displaced point was before; on meshes that are displaced
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..embree.scenes import SphereScene
 from ..kernels.core.records import SHAPE_SPHERES
-from ..kernels.geometry.shapes import cull_back
+from ..kernels.geometry.shapes import FILTERS
 from .shape import Shape
 
 
@@ -41,7 +41,7 @@ class Spheres(Shape):
         return self._points
 
     def tree(self) -> SphereScene:
-        return SphereScene(SHAPE_SPHERES, self._points, cull_back.address, self.steps)
+        return SphereScene(SHAPE_SPHERES, self._points, FILTERS[SHAPE_SPHERES].address, self.steps)
 
     def record(self, attributes: np.ndarray | None = None) -> np.void:
         result = super().record(attributes)

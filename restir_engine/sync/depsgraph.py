@@ -22,10 +22,9 @@ from ..settings import aov_channels
 from .adaptive import adaptive_modifier, diced
 from .camera import sync_camera
 from .culling import Culled, Culling
-from .curves import read_curves, strand_look
 from .hashing import hash_uint2, to_unit
 from .identity import name_key, numbered
-from .left_out import note_hair, note_object, note_scene
+from .left_out import note_object, note_scene
 from .light_linking import blockers, owners, receivers
 from .lights import sync_light
 from .materials import Materials
@@ -41,7 +40,9 @@ from .objects import (
     property_value,
     rays_that_see,
 )
+from .particle_hair import hair_systems
 from .points import read_points
+from .strands import read_curves, read_hair, strand_look
 from .volumes import density_factors, is_grids, read_grids
 from .world import sync_world
 
@@ -136,7 +137,7 @@ def changes_shape(item, data) -> bool:
     return len(item.modifiers) > 0 or getattr(data, "shape_keys", None) is not None
 
 
-_LIGHT = -1  # stands for a lamp among the numbers of what is placed
+_LIGHT = (-1,)  # stands for a lamp among the numbers of what is placed
 _NO_ID = 0x7FFFFFFF  # ends a persistent_id, which goes from the innermost instance to the outermost
 
 
@@ -166,77 +167,84 @@ class _Reader:
         self._space = space
         self._linking = receivers(), blockers()
         self._lamp_rules: list[tuple[int, int]] = []
+        self._is_render = depsgraph.mode == "RENDER"
         self._placed: list[_Placed] = [_Placed(-1)]
-        self._by_key: dict[tuple[int, ...], int] = {}
+        self._by_key: dict[tuple[int, ...], tuple[int, ...]] = {}
         self._meshes: dict[int, tuple[int, int]] = {}  # datablock → index, number of names known when it was read
         self._slots: dict[tuple[int, ...], int] = {}
         self._slot_values: list[int] = []
 
     def read(self) -> None:
         """Fill meshes, instances, material slots and lights of the scene."""
-        placed, particle = [], []
+        rows, placed, particle = [], [], []
         instances = self.depsgraph.object_instances
         is_instance = _column(instances, "is_instance", (len(instances),), bool)
-        for instance, instanced in zip(instances, is_instance.tolist(), strict=True):
-            index = self._visit(instance, instanced)
-            placed.append(index)
-            if self._placed[index].particles:
-                particle.append((len(placed) - 1, instance.persistent_id[0]))
+        for row, (instance, instanced) in enumerate(zip(instances, is_instance.tolist(), strict=True)):
+            for index in self._visit(instance, instanced):
+                rows.append(row)
+                placed.append(index)
+                if self._placed[index].particles:
+                    particle.append((len(placed) - 1, instance.persistent_id[0]))
         self.scene.material_slots = np.array(self._slot_values, np.int32)
         self._link_lights()
-        self._build(np.array(placed, np.int64), is_instance, particle)
+        self._build(np.array(rows, np.int64), np.array(placed, np.int64), is_instance, particle)
 
-    def _visit(self, instance, instanced: bool) -> int:
-        """The number of the `_Placed` that this instance belongs to, 0 where nothing is rendered of it as a surface."""
+    def _visit(self, instance, instanced: bool) -> tuple[int, ...]:
+        """The numbers of the `_Placed` that this instance belongs to: its surface, its hair, where it has them."""
         item = instance.object
         data = item.data
         if data is None:
-            return 0
+            return ()
         if instanced:
             # `object` is a temporary that serves for every instance in turn.
             owner, parent = instance.instance_object, instance.parent
             key = (owner.as_pointer() if owner else 0, data.as_pointer(), parent.as_pointer() if parent else 0)
         else:
             key = (item.as_pointer(), data.as_pointer())
-        index = self._by_key.get(key)
-        if index is None:
-            index = self._by_key[key] = self._first(instance, item, data)
-        if index == _LIGHT:
+        numbers = self._by_key.get(key)
+        if numbers is None:
+            numbers = self._by_key[key] = self._first(instance, item, data)
+        if numbers == _LIGHT:
             if sync_light(self.scene, instance, self.materials, rays_that_see(instance, self.view_layer)):
                 self._lamp_rules.append(self._rules(item))
-            return 0
-        return index
+            return ()
+        return numbers
 
-    def _first(self, instance, item, data) -> int:
+    def _first(self, instance, item, data) -> tuple[int, ...]:
         """What `_visit` gives for a combination of object, data and instancer that is seen for the first time."""
         if self._space is not None and not placed_by(instance).original.visible_in_viewport_get(self._space):
-            return 0
-        if instance.show_particles:
-            note_hair(item, self.scene.warnings)
+            return ()
         if item.type == "LIGHT":
             note_object(item, self.scene.warnings)
             return _LIGHT
-        placed = self._place(instance, item, data) if instance.show_self else None
-        if placed is None:
-            return 0
-        self._placed.append(placed)
-        return len(self._placed) - 1
+        found = []
+        if instance.show_self:
+            if rays_that_see(instance, self.view_layer):
+                note_object(item, self.scene.warnings)
+            if self._is_shown(item, data):
+                found.append(self._place(instance, item, data, self._shape))
+        shows_hair = instance.show_particles and self.depsgraph.view_layer_eval.use_strand
+        if shows_hair and hair_systems(item, self._is_render):
+            found.append(self._place(instance, item, data, self._hair))
+        found = [placed for placed in found if placed is not None]
+        self._placed += found
+        return tuple(range(len(self._placed) - len(found), len(self._placed)))
 
-    def _place(self, instance, item, data) -> _Placed | None:
+    def _place(self, instance, item, data, read: Callable[..., int]) -> _Placed | None:
+        """An object's shape, of which `read` gives the index; None: there is nothing to see."""
         seen_by = rays_that_see(instance, self.view_layer)
         if not seen_by:
             return None
-        note_object(item, self.scene.warnings)
-        if not self._is_shown(item, data):
-            return None
         materials = self._material_indices(item, data)
-        mesh = self._shape(instance, item, data)
+        mesh = read(instance, item, data)
         if mesh < 0:
             return None
         steps, deforms = self._steps_of(instance, item)
         if steps and deforms:
+            # Particle hair has its emitter's data.
+            known = read == self._shape and not is_grids(item)
             diced = isinstance(data, bpy.types.Mesh) and len(data.vertices) != len(self.scene.meshes[mesh].points)
-            deforms = not (diced or is_grids(item) or self._follow_velocity(mesh, data)) and changes_shape(item, data)
+            deforms = known and not (diced or self._follow_velocity(mesh, data)) and changes_shape(item, data)
         flags = instance_flags(instance, self.view_layer)
         if flags & INSTANCE_SHADOW_CATCHER:
             self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")
@@ -249,7 +257,7 @@ class _Reader:
             object_index=item.pass_index,
             crypto_object=self.scene.manifests.note("Object", item.name),
             crypto_asset=self.scene.manifests.note("Asset", asset_name(item)),
-            key=name_key(instance),
+            key=name_key(instance) ^ int(read == self._hair),
             random=name_random(item.name),
             # Instances have the colour of their instancer; `object` tells it only while Python holds no other
             # reference to the object that is instanced.
@@ -310,13 +318,16 @@ class _Reader:
         index, asked = self._meshes.get(data.as_pointer(), (None, 0))
         if index == -1 or asked == len(self.scene.attribute_names):
             return index
-        mesh = self._read(instance, item, data)
+        return self._put_shape(data.as_pointer(), index, self._read(instance, item, data))
+
+    def _put_shape(self, key: int, index: int | None, shape: Shape | None) -> int:
+        """Let a shape be the one of a key, in place of that at an index where there is one; its index."""
         if index is None:
-            index = -1 if mesh is None else len(self.scene.meshes)
-            self.scene.meshes += [] if mesh is None else [mesh]
+            index = -1 if shape is None else len(self.scene.meshes)
+            self.scene.meshes += [] if shape is None else [shape]
         else:
-            self.scene.meshes[index] = mesh
-        self._meshes[data.as_pointer()] = (index, len(self.scene.attribute_names))
+            self.scene.meshes[index] = shape
+        self._meshes[key] = (index, len(self.scene.attribute_names))
         return index
 
     def _read(self, instance, item, data) -> Shape | None:
@@ -341,8 +352,25 @@ class _Reader:
     def _read_others(self, data) -> Shape | None:
         """What curves or points are rendered as."""
         if isinstance(data, bpy.types.Curves):
-            return read_curves(self.scene, data, strand_look(self.depsgraph.scene_eval))
-        return read_points(self.scene, data)
+            return read_curves(self.scene, data, strand_look(self.depsgraph.scene_eval), self._cache)
+        return read_points(self.scene, data, self._cache)
+
+    def _hair(self, instance, item, data) -> int:
+        """The index of an object's particle hair, as `_shape` has it."""
+        owner = instance.instance_object if instance.is_instance else item
+        key = ~owner.as_pointer()  # no datablock's
+        index, asked = self._meshes.get(key, (None, 0))
+        if index == -1 or asked == len(self.scene.attribute_names):
+            return index
+        place = memory_of(data, (item, data, owner, instance.parent, *(s.settings for s in owner.particle_systems)))
+        look = strand_look(self.depsgraph.scene_eval)
+        strands = self._cache.kept(
+            ("hair", owner.as_pointer(), look),
+            place,
+            self.scene,
+            lambda: read_hair(self.scene, owner, look, self._is_render, self._cache),
+        )
+        return self._put_shape(key, index, strands)
 
     def _properties(self, instance) -> list[Attribute]:
         """The properties of an object, or of what it belongs to, that Attribute nodes ask for."""
@@ -364,13 +392,17 @@ class _Reader:
         found = ((index, instancer_values(instance.parent, name)) for index, name in wanted.items())
         return [(Attribute(index, DOMAIN_MESH, each[0]), each[1]) for index, each in found if each is not None]
 
-    def _build(self, placed: np.ndarray, is_instance: np.ndarray, particle: list[tuple[int, int]]) -> None:
-        """The INSTANCE array. placed: a number for each instance; particle: (instance, particle) index pairs."""
+    def _build(self, rows: np.ndarray, placed: np.ndarray, is_instance: np.ndarray, particle: list) -> None:
+        """The INSTANCE array.
+
+        rows: where the instances stand in the depsgraph; placed: the numbers of their `_Placed`; is_instance: of each
+        row of the depsgraph; particle: pairs (instance, particle) of indices.
+        """
         instances = self.depsgraph.object_instances
-        count = len(placed)
-        matrices = _column(instances, "matrix_world", (count, 4, 4), np.float32)
+        count = len(instances)
+        matrices = _column(instances, "matrix_world", (count, 4, 4), np.float32)[rows]
         # Blender's arrays are column-major.
-        matrices = matrices.transpose(0, 2, 1)[:, :3].reshape(count, 12).astype(np.float64)
+        matrices = matrices.transpose(0, 2, 1)[:, :3].reshape(len(rows), 12).astype(np.float64)
         meshes = np.array([item.mesh for item in self._placed])[placed]
         # Cycles applies the transform of a mesh that is placed once: what this flattens is still there.
         alone = (meshes >= 0) & (np.bincount(meshes + 1)[meshes + 1] == 1)
@@ -380,8 +412,7 @@ class _Reader:
             if item.culled_by is not None:
                 mine = np.flatnonzero(placed == number)
                 shown[mine] &= ~self.culling.culled(item.culled_by, matrices[mine])
-        chosen = np.flatnonzero(shown)
-        which = placed[chosen]
+        which, chosen = placed[shown], rows[shown]
 
         def of_object(name: str) -> np.ndarray:
             return np.array([getattr(item, name) for item in self._placed])[which]
@@ -390,18 +421,18 @@ class _Reader:
         random_id = _column(instances, "random_id", (count,), np.int32)[chosen]
         orco = _column(instances, "orco", (count, 3), np.float32)[chosen]
         uv = _column(instances, "uv", (count, 2), np.float32)[chosen]
-        particle_random = np.zeros(count)
+        particle_random = np.zeros(len(rows))
         if particle:
             owners, numbers = np.array(particle).T
             particle_random[owners] = to_unit(hash_uint2(numbers, 0))
         self.scene.instances = build_instances(
-            matrices[chosen],
+            matrices[shown],
             of_object("mesh"),
             random=np.where(is_instance, to_unit(random_id.view(np.uint32)), of_object("random")),
             dupli_generated=np.where(is_instance[:, None], 0.5 * orco - 0.5, 0.0),
             dupli_uv=np.where(is_instance[:, None], uv, 0.0),
-            particle=particle_random[chosen],
-            volume_density=np.where(of_object("in_object_space"), density_factors(matrices[chosen]), 1.0),
+            particle=particle_random[shown],
+            volume_density=np.where(of_object("in_object_space"), density_factors(matrices[shown]), 1.0),
             key=np.where(is_instance, numbered(of_object("key"), self._persistent_ids[chosen]), of_object("key")),
             **{
                 name: of_object(name)
@@ -425,14 +456,14 @@ class _Reader:
         )
         self._attach_attributes(which, chosen)
         if self._blur:
-            rows = np.full(count, -1)
-            rows[chosen] = np.arange(len(chosen))
+            numbers = np.where(shown, np.cumsum(shown) - 1, -1)
             steps = np.array([item.steps for item in self._placed])[placed]
-            entries = {number: entry for entry, number in zip(chosen[::-1].tolist(), which[::-1].tolist(), strict=True)}
+            mine = np.flatnonzero(shown)[::-1].tolist()
+            entries = {number: entry for entry, number in zip(mine, which[::-1].tolist(), strict=True)}
             items = [(entries[n], item.mesh) for n, item in enumerate(self._placed) if item.deforms and n in entries]
             deforming = {mesh: entry for entry, mesh in items}  # each mesh once
             deforming = {entry: mesh for mesh, entry in deforming.items()}
-            around = identities(self.depsgraph), matrices, steps, rows, deforming
+            around = identities(self.depsgraph), rows, matrices, steps, numbers, deforming
             self.moments = Moments(self.scene, self._read_others, self._changing, *around)
 
     def fit_normals(self) -> None:

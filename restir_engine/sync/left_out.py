@@ -98,22 +98,6 @@ def note_object(item, warnings) -> None:
             warnings.add("Light", item.data.name, text)
 
 
-def note_hair(item, warnings) -> None:
-    """Name the particle hair of an evaluated object whose particles are shown, hidden itself or not."""
-    names = [
-        modifier.particle_system.name
-        for modifier in item.modifiers
-        if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render and is_hair(modifier.particle_system)
-    ]
-    if names:
-        warnings.add("Object", item.name, f"particle hair is not rendered: {', '.join(names)}")
-
-
-def is_hair(particles) -> bool:
-    """Whether a particle system is drawn as strands."""
-    return particles.settings.type == "HAIR" and particles.settings.render_type == "PATH" and len(particles.particles)
-
-
 def asked(owner, table: tuple[LeftOut, ...]) -> Iterator[str]:
     """The texts of those properties of a datablock that ask for something."""
     for entry in table:

@@ -53,7 +53,7 @@ class _Standing(NamedTuple):
 
 
 class MeshCache:
-    """Owner of the meshes that this frame and the one before have read, and of their attributes' names."""
+    """Owner of the shapes that this frame and the one before have read, and of their attributes' names."""
 
     def __init__(self) -> None:
         self.attribute_names = names.reserved()
@@ -61,6 +61,7 @@ class MeshCache:
         self._shapes: Recent[Mesh] = Recent()
         self._standing: Recent[_Standing] = Recent()
         self._others: Recent[_Kept] = Recent()  # strands and spheres
+        self._forms: Recent[Shape] = Recent()  # strands and spheres without attributes, by what they are made of
         self._changed: frozenset[int] | None = None
         self.volumes: Recent = Recent()  # grids of files, see volumes
         self._memory = np.empty(0, np.uint8)  # where what is only looked at is read to
@@ -71,7 +72,7 @@ class MeshCache:
         changed: `session_uid`s of objects and data whose geometry has been evaluated anew; None: that is not known.
         """
         self._changed = changed
-        for recent in (self._meshes, self._shapes, self._standing, self._others, self.volumes):
+        for recent in (self._meshes, self._shapes, self._standing, self._others, self._forms, self.volumes):
             recent.next_frame()
 
     def untouched(self, scene: SceneDescription, data: bpy.types.Mesh, memory: Memory) -> Mesh | None:
@@ -121,6 +122,12 @@ class MeshCache:
                 scene.warnings.add("Mesh", data.name, mesh.problem)
         self._meshes.put(key, _Kept(mesh, len(scene.attribute_names)))
         return mesh
+
+    def form(self, key: Hashable, make: Callable[[], Shape]) -> Shape:
+        """A copy, with no attributes yet, of the strands or spheres that this frame or the last has made for a key."""
+        shape = copy.copy(self._forms.get(key) or self._forms.put(key, make()))
+        shape.attributes = []
+        return shape
 
     def _shape(self, data: bpy.types.Mesh) -> Hashable:
         """What vertices, triangles, corners and polygons are made from."""

@@ -125,9 +125,9 @@ class Moments:
     """What the times beside the middle show of a scene that was read there.
 
     read(data): the shape of data that is no mesh; changing: shapes, by their index in scene.meshes, whose steps are
-    known. The rest is of entries of depsgraph.object_instances: identities (`identities`); steps: of each, 0 for those
-    that stand still or are not rendered; rows: the index of each in scene.instances, -1: none; deforming: an index into
-    scene.meshes by the entry that it is read from.
+    known. identities: of the entries of depsgraph.object_instances. The rest is of what is placed: places: the entry of
+    each; steps: of each, 0 for those that stand still or are not rendered; rows: the index of each in scene.instances,
+    -1: none; deforming: an index into scene.meshes by what is placed and read for it.
     """
 
     def __init__(
@@ -136,13 +136,14 @@ class Moments:
         read: Callable[[object], Shape | None],
         changing: dict[int, Steps],
         identities: list[tuple],
+        places: np.ndarray,
         matrices: np.ndarray,
         steps: np.ndarray,
         rows: np.ndarray,
         deforming: dict[int, int],
     ) -> None:
         self._scene, self._read_shape = scene, read
-        self._identities, self._steps, self._rows = identities, steps, rows
+        self._identities, self._places, self._steps, self._rows = identities, places, steps, rows
         self._deforming, self._changing = deforming, changing
         self._middle = matrices
         self._matrices: dict[Fraction, np.ndarray] = {Fraction(0): matrices}
@@ -181,10 +182,11 @@ class Moments:
         """Matrices of all entries, and the vertices of what deforms, in the order of the middle."""
         found, matrices = identities(depsgraph), matrices_of(depsgraph)
         if found == self._identities:
-            there = np.arange(len(found))
+            there = self._places
         else:
             places = {identity: place for place, identity in enumerate(found)}
-            there = np.array([places.get(identity, -1) for identity in self._identities], np.int64)
+            own = (self._identities[place] for place in self._places.tolist())
+            there = np.array([places.get(identity, -1) for identity in own], np.int64)
         shown = there >= 0
         result = self._middle.copy()
         result[shown] = matrices[there[shown]]

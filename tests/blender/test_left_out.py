@@ -5,7 +5,7 @@ import pytest
 
 from restir_engine import warning_log
 from restir_engine.scene.warnings import Warnings
-from restir_engine.sync.left_out import note_hair, note_object, scene_lines
+from restir_engine.sync.left_out import note_object, scene_lines
 from testing.blender import kit
 
 V5 = bpy.app.version >= (5, 0, 0)
@@ -76,30 +76,8 @@ def test_a_default_scene_leaves_nothing_out(shown):
     assert not warning_log.lines(shown.name)
 
 
-@pytest.mark.parametrize("emitter", [True, False])
-def test_particle_hair(shown, emitter):
-    """Once for an object, hidden or not; emitted particles and strands drawn as objects are no hair."""
-    thing = bpy.data.objects["cube"]
-    for name in ("first", "second", "objects", "dust"):
-        settings = thing.modifiers.new(name, "PARTICLE_SYSTEM").particle_system.settings
-        settings.count = 5
-        if name != "dust":
-            settings.type = "HAIR"
-        settings.render_type = "OBJECT" if name == "objects" else "PATH"
-    thing.show_instancer_for_render = emitter
-    bpy.ops.render.render()
-    lines = [line for line in warning_log.lines(shown.name) if "hair" in line]
-    assert lines == ["Object “cube”: particle hair is not rendered: first, second"]
-
-
 def test_data_without_triangles(shown):
     data = getattr(bpy.data, "grease_pencils" if V5 else "grease_pencils_v3").new("Data")
     warnings = Warnings()
     note_object(kit.add(data), warnings)
     assert [line for line in warnings.lines() if "grease pencil" in line]
-
-
-def test_hidden_particles_are_not_named(shown):
-    warnings = Warnings()
-    note_hair(bpy.data.objects["cube"], warnings)
-    assert not len(warnings)

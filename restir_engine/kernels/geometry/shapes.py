@@ -7,8 +7,7 @@ object space of a shading point of another frame.
 
 import numpy as np
 
-from ..core.jit import entry, load
-from ..core.memory import load_f32, load_i64, store_i32
+from ..core.jit import load
 from ..core.records import (
     SHAPE_CONES,
     SHAPE_ENTRIES,
@@ -18,6 +17,7 @@ from ..core.records import (
     SHAPE_TUBES,
 )
 from . import spheres, strands
+from .closed import outside_filter
 
 # By shape: SHAPE_HIT, SHAPE_SURFACE, SHAPE_CENTRE.
 _ENTRIES = {
@@ -28,15 +28,12 @@ _ENTRIES = {
 }
 
 
-@entry
-def cull_back(arguments):
-    """Embree's filter for closed shapes that are seen from outside alone, as by Cycles: RTCFilterFunctionNArguments."""
-    valid, ray, hit = load_i64(arguments, 0), load_i64(arguments, 3), load_i64(arguments, 4)
-    cosine = 0.0
-    for k in range(3):
-        cosine += load_f32(ray, 4 + k) * load_f32(hit, k)
-    if cosine > 0.0:
-        store_i32(valid, 0, 0)
+# Filters (scene.strands, scene.spheres), given RTCFilterFunctionNArguments.
+FILTERS = {
+    SHAPE_SPHERES: outside_filter,
+    SHAPE_TUBES: strands.tube_filter,
+    SHAPE_CONES: outside_filter,
+}
 
 
 def shape_entries(shapes: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from ..core.jit import entry
 from ..core.memory import store_f32
 from ..core.records import mesh_at, scene_at, shading_point_at
-from ..core.vec import frame, is_black, load3_f32, madd, normalize, put, store3_f64, sub, transform_point, vec
+from ..core.vec import cross, is_black, load3_f32, madd, normalize, put, store3_f64, sub, transform_point, vec
 from ..core.warp import octahedral, octahedral_direction
 from .placed import placed_at, point
 from .surface import POSITION_ERROR, largest, magnitude
@@ -31,13 +31,16 @@ def sphere_surface(scene, sp, _a, _b, _c):
     n = normalize(sub(p, transform_point(placed.to_world, centre)))
     if is_black(n):
         n = vec(sp.wo)
-    dpdu, dpdv = frame(n)
+    dpdu = (n[2] - n[1], n[0] - n[2], n[1] - n[0])  # Cycles' tangents
+    if is_black(dpdu):
+        dpdu = (n[2] - n[1], n[0] + n[2], -n[1] - n[0])
+    dpdu = normalize(dpdu)
     put(sp.p, p)
     sp.error = POSITION_ERROR * magnitude(placed.to_world, largest(centre) + radius)
     put(sp.n, n)
     put(sp.ng, n)
     put(sp.dpdu, dpdu)
-    put(sp.dpdv, dpdv)
+    put(sp.dpdv, cross(n, dpdu))
 
 
 @entry

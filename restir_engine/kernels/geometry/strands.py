@@ -8,8 +8,16 @@ tubes and cones have a surface of their own. All follow Cycles (`curve_shader_se
 import math
 
 from ..core.jit import device, entry
-from ..core.memory import load_f32, load_u32, store_f32
-from ..core.records import instance_at, mesh_at, scene_at, shading_point_at
+from ..core.memory import load_f32, load_i32, load_i64, load_u32, store_f32, store_i32
+from ..core.records import (
+    RAY_ALL,
+    RAY_SHADOW,
+    SHAPE_RIBBONS,
+    instance_at,
+    mesh_at,
+    scene_at,
+    shading_point_at,
+)
 from ..core.vec import (
     add,
     cross,
@@ -20,6 +28,7 @@ from ..core.vec import (
     lerp,
     load3_f32,
     madd,
+    neg,
     normalize,
     put,
     scale,
@@ -33,13 +42,16 @@ from ..core.vec import (
 from .placed import placed_at, point
 from .surface import POSITION_ERROR, largest, magnitude
 
+_STEPS = 12  # along a strand
+_OF_PATHS = RAY_ALL & ~RAY_SHADOW  # of the mask of a ray: it is none of shadow
+
 
 @device
 def _weighted(mesh, time, primitive, a, b, c, d):
     """The four points of a segment, place and radius, times a … d."""
     first = load_u32(mesh.segments, primitive)
     p, q, r, s = (
-        point(mesh, time, first + 0),
+        point(mesh, time, first),
         point(mesh, time, first + 1),
         point(mesh, time, first + 2),
         point(mesh, time, first + 3),
@@ -79,11 +91,18 @@ def _tangent(mesh, time, primitive, u):
 
 @device
 def _put_strand(placed, sp, p, terms, n, tangent):
-    """Fill the rest of `sp`. All in object space; n may be of any length; terms: the largest that p comes from."""
+    """Fill the rest of `sp`. All in object space; n may be of any length; terms: the largest that p comes from.
+
+    As triangles do, what is seen from within a tube turns normal and tangents to the ray's side.
+    """
     n = normalize(transform_normal(placed.to_object, n))
     if is_black(n):
         n = vec(sp.wo)
     along = transform_vector(placed.to_world, tangent)
+    if dot(n, vec(sp.wo)) < 0.0 and sp.shape != SHAPE_RIBBONS:
+        sp.backfacing = 1
+        n = neg(n)
+        along = neg(along)
     put(sp.p, transform_point(placed.to_world, p))
     sp.error = POSITION_ERROR * magnitude(placed.to_world, terms)
     put(sp.n, n)
@@ -224,6 +243,58 @@ def cone_surface(scene, sp, _a, _b, _c):
     p = madd(madd(start, axis, place), n, radius)
     terms = max(largest(start), largest(end)) + _terms(size, max(r0, r1))
     _put_strand(placed_at(scene, sp.instance), sp, p, terms, n, tangent)
+
+
+@device
+def _meets_back(arguments):
+    """Of RTCFilterFunctionNArguments: whether a surface is hit from behind; its u, and where the ray has come from.
+
+    What goes on from a hit comes from there; but shadow rays, which count all that lets them through, from their start.
+    """
+    ray, hit = load_i64(arguments, 3), load_i64(arguments, 4)
+    d = (load_f32(ray, 4), load_f32(ray, 5), load_f32(ray, 6))
+    behind = dot(d, load3_f32(hit, 0)) > 0.0
+    start = load_f32(ray, 3) if load_u32(ray, 9) & _OF_PATHS else 0.0
+    return behind, load_f32(hit, 3), madd(load3_f32(ray, 0), d, start)
+
+
+@device
+def _nearest(mesh, time, segment, u, start):
+    """(radius, distance) of about the nearest place of a strand to a point, sought from a place on along the strand."""
+    strand = load_i32(mesh.strands, segment)
+    for _ in range(_STEPS):  # of Newton's method
+        c, tangent = catmull_rom(mesh, time, segment, u), _tangent(mesh, time, segment, u)
+        step = dot(sub(start, (c[0], c[1], c[2])), tangent) / max(dot(tangent, tangent), 1e-60)
+        u += step
+        if u < 0.0:
+            before = segment > 0 and load_i32(mesh.strands, max(segment - 1, 0)) == strand
+            segment -= 1 if before else 0
+            u = max(u + 1.0, 0.0) if before else 0.0
+        elif u > 1.0:
+            after = segment + 1 < mesh.n_segments
+            after = after and load_i32(mesh.strands, min(segment + 1, mesh.n_segments - 1)) == strand
+            segment += 1 if after else 0
+            u = min(u - 1.0, 1.0) if after else 1.0
+        elif abs(step) < 0.01:
+            break
+    c = catmull_rom(mesh, time, segment, u)
+    return c[3], length(sub(start, (c[0], c[1], c[2])))
+
+
+@entry
+def tube_filter(arguments):
+    """Embree's filter of tubes: a ray that comes from a strand's surface does not meet its walls from behind.
+
+    So light goes through hair in one event. Cycles lets no ray hit the strand that it leaves; here it may be shaded by
+    its own strand where that bends.
+    """
+    behind, u, start = _meets_back(arguments)
+    if not behind:
+        return
+    mesh, primitive = mesh_at(load_i64(arguments, 1), 0), load_u32(load_i64(arguments, 4), 5)
+    radius, distance = _nearest(mesh, load_f32(load_i64(arguments, 3), 7), primitive, u, start)
+    if abs(distance - radius) < 0.1 * radius:
+        store_i32(load_i64(arguments, 0), 0, 0)
 
 
 @entry

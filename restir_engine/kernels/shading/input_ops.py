@@ -17,6 +17,9 @@ from ..core.records import (
     RAY_SINGULAR,
     RAY_TRANSMIT,
     RAY_VOLUME,
+    SHAPE_RIBBONS,
+    SHAPE_SPHERES,
+    SHAPE_TRIANGLES,
     camera_at,
     light_at,
     material_at,
@@ -134,10 +137,19 @@ def _placed(scene, sp, what, offset, width):
     if what == ops.POINT_OBJECT_NORMAL:
         return _object_normal(scene, sp, offset, width)
     if what == ops.POINT_TANGENT:
-        return radial_tangent(scene, sp, 2)
+        return radial_tangent(scene, sp, 2) if sp.shape == SHAPE_TRIANGLES else normalize(vec(sp.dpdu))
     if what == ops.POINT_INSTANCER_GENERATED:
         return vec(instance.dupli_generated)
     return (instance.dupli_uv[0], instance.dupli_uv[1], 0.0)
+
+
+@device
+def _parametric(sp, offset, width):
+    """(u, v) as Cycles has them: what places a hit on tubes, cones and spheres all round is 0 there."""
+    du, dv = barycentric_shift(sp, offset, width)
+    if sp.instance >= 0 and sp.shape == SHAPE_SPHERES:
+        return 0.0, 0.0
+    return sp.u + du, sp.v + dv if sp.instance < 0 or sp.shape <= SHAPE_RIBBONS else 0.0
 
 
 @device
@@ -148,12 +160,12 @@ def _geometry(scene, sp, what, offset, width):
     if what == ops.POINT_NORMAL:
         return vec(sp.n)
     if what == ops.POINT_TRUE_NORMAL:
-        return vec(sp.ng)
+        return vec(sp.wo) if sp.instance >= 0 and sp.shape == SHAPE_RIBBONS else vec(sp.ng)
     if what == ops.POINT_INCOMING:
         return vec(sp.wo)
     if what == ops.POINT_PARAMETRIC:
-        du, dv = barycentric_shift(sp, offset, width)
-        return (1.0 - sp.u - du - sp.v - dv, sp.u + du, 0.0)
+        u, v = _parametric(sp, offset, width)
+        return (1.0 - u - v, u, 0.0)
     if what == ops.POINT_CAMERA:
         return camera_space(scene, sp, shifted_position(sp, offset, width))
     if what == ops.POINT_WINDOW:

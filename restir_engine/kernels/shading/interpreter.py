@@ -24,6 +24,7 @@ from .input_ops import input_op
 from .math_ops import clamp, math_op
 from .operands import number, triple
 from .ray_ops import ray_op
+from .shape_ops import shape_op
 from .textures import TEXTURE_ENTRIES
 
 _PROGRAM = ops.END  # in the table of entries
@@ -221,6 +222,7 @@ _ENTRIES: dict[int, Entry] = {
     **FILM_ENTRIES,
     **FIBRE_ENTRIES,
     **dict.fromkeys((ops.AMBIENT_OCCLUSION, ops.RAYCAST, ops.BEVEL), ray_op),
+    ops.SHAPE_INFO: shape_op,
     **dict.fromkeys(range(ops.VOLUME_SCATTER, ops.VOLUME_ATTRIBUTE + 1), medium_op),
 }
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...kernels.core.records import SHAPE_SPHERES, SHAPE_STRANDS
 from ...kernels.shading import opcodes as ops
 from ...scene import names
 from .registry import node, unlinked
@@ -228,7 +229,33 @@ def wireframe(c, node):
     return {"Fac": out}
 
 
-@node("ShaderNodeHairInfo", "ShaderNodePointInfo")
+def _shape_info(c, shape: int) -> int:
+    """The first of the five registers of SHAPE_INFO; shape: SHAPE_STRANDS or SHAPE_SPHERES."""
+
+    def read() -> int:
+        out = c.allocate(5)
+        c.emit(ops.SHAPE_INFO, out, shape)
+        return out
+
+    return c.once(("shape info", shape), read)
+
+
+@node("ShaderNodeHairInfo")
 def strand_info(c, node):
-    c.warn("strands and points are rendered as meshes: their data is zero")
-    return _zeros(c, node)
+    return {
+        "Is Strand": lambda: _shape_info(c, SHAPE_STRANDS) + 4,
+        "Intercept": lambda: factor(c, names.INTERCEPT),
+        "Length": lambda: factor(c, names.LENGTH),
+        "Thickness": lambda: _shape_info(c, SHAPE_STRANDS) + 3,
+        "Tangent Normal": lambda: _shape_info(c, SHAPE_STRANDS),
+        "Random": lambda: factor(c, names.STRAND_RANDOM),
+    }
+
+
+@node("ShaderNodePointInfo")
+def point_info(c, node):
+    return {
+        "Position": lambda: _shape_info(c, SHAPE_SPHERES),
+        "Radius": lambda: _shape_info(c, SHAPE_SPHERES) + 3,
+        "Random": lambda: factor(c, names.POINT_RANDOM),
+    }

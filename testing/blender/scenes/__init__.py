@@ -12,6 +12,7 @@ from . import (
     lobes,
     motion,
     smoke,
+    strands,
     strangers,
     subsurface,
     texture,
@@ -31,6 +32,7 @@ MODULES = (
     volume,
     smoke,
     motion,
+    strands,
     strangers,
 )
 

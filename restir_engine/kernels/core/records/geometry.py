@@ -43,6 +43,7 @@ MESH = record(
     "embree",  # RTCScene of this mesh alone (bottom level)
     "points",  # float32 [n, 4], place and radius: of spheres; of strands, whose first and last points stand twice
     "segments",  # uint32 [n_segments], the first of four points: a segment leads from the second to the third
+    "n_segments",
     "strands",  # int32 [n_segments], the strand that a segment belongs to
     "pieces",  # how many flat pieces a segment of a ribbon is made of
     # Of what changes its form while the shutter is open:
