@@ -57,12 +57,6 @@ def displacement():
     show([displaced("DISPLACEMENT", noise()), displaced("BOTH", noise()), displaced("DISPLACEMENT", tiles)])
 
 
-@scene(1, 128, deep=True, by_version=True)
-def displacement_of_boxes():
-    flat = displaced("DISPLACEMENT", noise(coordinates="Object"))
-    show([flat, displaced("DISPLACEMENT", noise(space="WORLD")), displaced("BUMP", noise())], "cube", 5, "SIMPLE")
-
-
 @scene(1, 128, deep=True)
 def vector_displacement():
     show([displaced("DISPLACEMENT", vectors(space)) for space in ("OBJECT", "TANGENT", "WORLD")])

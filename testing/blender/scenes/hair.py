@@ -47,12 +47,3 @@ def hair_chiang():
         principled(model="CHIANG", parametrization="COLOR", Color=(0.6, 0.3, 0.1), Radial_Roughness=0.6),
         principled(model="CHIANG", parametrization="MELANIN", Melanin=0.4, Melanin_Redness=0.7, Tint=(0.9, 0.6, 0.8)),
     ])  # fmt: skip
-
-
-@scene(3, 192, deep=True)
-def hair_closures():
-    reflection = {"component": "Reflection", "RoughnessU": 0.2, "RoughnessV": 0.4, "Color": (0.8, 0.6, 0.4)}
-    show([
-        kit.material(lambda node: node("BsdfHair", **reflection)),
-        kit.material(lambda node: node("BsdfHair", **reflection | {"component": "Transmission", "Offset": 0.2})),
-    ])  # fmt: skip
