@@ -4,25 +4,17 @@ from .. import kit
 from ..registry import scene
 
 
-def displaced(method: str, make, **properties):
+def displaced(method: str, make):
     """A grey material with a displacement that `make` makes from `node`."""
     return kit.material(
         lambda node: {"Surface": node("BsdfDiffuse", Color=(0.7, 0.7, 0.7)), "Displacement": make(node)},
         displacement_method=method,
-        **properties,
     )
 
 
-def noise(scale: float = 3.0, space: str = "OBJECT", coordinates: str = ""):
-    """Bumps of noise, over Generated coordinates or others."""
-
-    def make(node):
-        vector = {"Vector": node("TexCoord").outputs[coordinates]} if coordinates else {}
-        return node(
-            "Displacement", Height=node("TexNoise", Scale=scale, **vector), Midlevel=0.5, Scale=0.6, space=space
-        )
-
-    return make
+def noise(node):
+    """Bumps."""
+    return node("Displacement", Height=node("TexNoise", Scale=3.0), Midlevel=0.5, Scale=0.6)
 
 
 def tiles(node):
@@ -38,23 +30,20 @@ def vectors(space: str):
     )
 
 
-def show(materials, shape: str = "ball", levels: int = 2, kind: str = "CATMULL_CLARK"):
-    """A row of turned and stretched objects, subdivided; the last one is smooth."""
+def show(materials):
+    """A row of turned and stretched balls, subdivided."""
     kit.floor()
     kit.light("AREA", 200.0, (2.5, -3.0, 3.5), (0.0, 0.0, 0.5), size=1.5)
     kit.world(lambda node: node("Background", Strength=0.3))
-    row = kit.row(materials, shape, 4.2, 0.55)
-    row[-1].data.shade_smooth()
-    for thing in row:
+    for thing in kit.row(materials, "ball", 4.2, 0.55):
         thing.rotation_euler, thing.scale = (0.3, 0.2, 0.5), (0.5, 0.5, 0.6)
         modifier = thing.modifiers.new("Subdivision", "SUBSURF")
-        modifier.levels = modifier.render_levels = levels
-        modifier.subdivision_type = kind
+        modifier.levels = modifier.render_levels = 2
 
 
 @scene(1, 128, deep=True)
 def displacement():
-    show([displaced("DISPLACEMENT", noise()), displaced("BOTH", noise()), displaced("DISPLACEMENT", tiles)])
+    show([displaced("DISPLACEMENT", noise), displaced("BOTH", noise), displaced("DISPLACEMENT", tiles)])
 
 
 @scene(1, 128, deep=True)
