@@ -5,6 +5,8 @@ from __future__ import annotations
 from ...kernels.lobes import BSDF_NODES
 from ...kernels.lobes import nodes as lobes
 from ...kernels.shading import opcodes as ops
+from ...scene import names
+from .inputs import factor
 from .registry import closure
 from .sockets import find_socket
 from .subsurface import choice, medium_inputs, note_subsurface
@@ -59,6 +61,9 @@ def bsdf(c, node, weight):
 def principled_hair(c, node, weight):
     layout = lobes.PRINCIPLED_HAIR[node.model]
     words = [operand(c, node, item) for item in layout.inputs]
+    spreads = [words[layout.operand(name) - 1] for name in ("Random Color", "Random Roughness")]
+    if not c.is_linked(node, "Random") and any(c.constant_value(word) != (0.0,) for word in spreads):
+        words[layout.operand("Random") - 1] = factor(c, names.STRAND_RANDOM)
     words += [values[getattr(node, attribute)] for attribute, values in layout.enums]
     if node.model == "HUANG":
         ratio = next((socket for socket in node.inputs if socket.name == "Aspect Ratio"), None)
