@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ..kernels.core.memory import address
-from ..kernels.core.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER
+from ..kernels.core.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER, MATERIAL_SUBSURFACE
 from ..scene import names
 from ..scene.camera import Camera
 from ..scene.description import SceneDescription
@@ -18,6 +18,8 @@ from ..scene.instances import build_instances, thickened, usable
 from ..scene.mesh import Mesh, with_normals_for
 from ..scene.scene import Scene
 from ..scene.shape import Attribute, Shape, attribute_table
+from ..scene.spheres import Spheres
+from ..scene.strands import Strands
 from ..settings import aov_channels
 from .adaptive import adaptive_modifier, diced
 from .camera import sync_camera
@@ -239,6 +241,9 @@ class _Reader:
         mesh = read(instance, item, data)
         if mesh < 0:
             return None
+        scatters = any(self.scene.shaders[index].flags & MATERIAL_SUBSURFACE for index in materials)
+        if scatters and isinstance(self.scene.meshes[mesh], (Strands, Spheres)):
+            self.scene.warnings.add("Object", item.name, "subsurface scattering of strands and points is not Cycles'")
         steps, deforms = self._steps_of(instance, item)
         if steps and deforms:
             # Particle hair has its emitter's data.

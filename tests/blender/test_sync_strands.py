@@ -134,6 +134,12 @@ def test_particle_hair_is_kept(stage):
     np.testing.assert_array_equal(points[2][:, :3], points[1][:, :3])
 
 
+def test_subsurface_scattering_is_named(stage):
+    skin = kit.material(lambda node: node("SubsurfaceScattering"))
+    made.curves(made.fur(3, 4), 0.1, skin)
+    assert any("subsurface" in line for line in read()[1].warnings.lines())
+
+
 def test_other_particles_are_no_hair(stage):
     thing = kit.put("cube", kit.diffuse())
     for name in ("objects", "dust"):
