@@ -41,11 +41,8 @@ def _bump(scene, sp, registers, code, at):
     space = load_i32(code, at + 8)
     a, b = footprint_axes(sp)
     if space != BUMP_IN_WORLD:
-        instance = placed_at(scene, sp.instance)
-        n = normalize(transform_normal(instance.to_world, n))
-        a, b = transform_vector(instance.to_object, a), transform_vector(instance.to_object, b)
-        if space >= 0:
-            a, b = undisplaced_axes(scene, sp, space)
+        n = normalize(transform_normal(placed_at(scene, sp.instance).to_world, n))
+        a, b = undisplaced_axes(scene, sp, space)
     across_a, across_b = cross(b, n), cross(n, a)
     determinant = dot(a, across_a)
     gradient = add(scale(across_a, dx), scale(across_b, dy))

@@ -114,10 +114,10 @@ TRANSFORM_TYPES = ("POINT", "VECTOR", "NORMAL")
 SPACES = ("WORLD", "OBJECT", "CAMERA")
 
 # Normals: bump_ops ---------------------------------------------------------------------------------------------
-# Where the gradient of a bump's height is taken: in the world, or, of displacement, in the object's space, if vertices
-# are displaced along places before that, whose name stands there.
-BUMP_IN_WORLD, BUMP_IN_OBJECT = -1, -2
-BUMP = 80  # out, normal or -1!, height, height 1, height 2, strength, distance, width, BUMP_IN_* or a name!
+# Where the gradient of a bump's height is taken: in the world, or, of displacement that has moved vertices, in the
+# object's space along the places that they had, the name of which stands there.
+BUMP_IN_WORLD = -1
+BUMP = 80  # out, normal or -1!, height, height 1, height 2, strength, distance, width, BUMP_IN_WORLD or a name!
 NORMAL_MAP = 81  # out, index into NORMAL_SPACES!, name of the tangent!, colour, strength, unit normal!
 RADIAL_TANGENT = 82  # out, axis! (0, 1, 2)
 UV_TANGENT = 83  # out, name of the tangent!

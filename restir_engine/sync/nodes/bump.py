@@ -85,7 +85,7 @@ def displaced_normal(c, output, moves: bool) -> int:
     width, one = c.constant(DISPLACEMENT_FILTER_WIDTH), c.constant(1.0)
     zero, dot = c.constant((0.0, 0.0, 0.0)), ops.VECTOR_OPERATIONS.index("DOT_PRODUCT")
     normal = point(c, ops.POINT_NORMAL)
-    space = c.attribute(names.UNDISPLACED) if moves else ops.BUMP_IN_OBJECT
+    space = c.attribute(names.UNDISPLACED) if moves else ops.BUMP_IN_WORLD
 
     def height() -> int:
         out = c.allocate(3)
