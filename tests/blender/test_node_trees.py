@@ -328,6 +328,7 @@ def test_light_and_world_trees_compile():
     falloff = add_node(tree, "ShaderNodeLightFalloff", inputs={"Strength": 3.0})
     emission_node = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeEmission")
     tree.links.new(falloff.outputs["Linear"], emission_node.inputs["Strength"])
+    materials = Materials(scene)  # which compiles a light once
     index = materials.compile_light(light)
     assert scene.shaders[index].flags == rec.MATERIAL_EMITS | rec.MATERIAL_VARYING_EMISSION
 

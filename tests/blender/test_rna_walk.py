@@ -77,7 +77,7 @@ NOT_SEEN = {
 
 def named() -> set[str]:
     """The last name of each property that a warning tells of."""
-    tables = left_out.SCENE, left_out.WHEN_SIMPLIFIED, left_out.PASSES, left_out.OBJECT, left_out.LIGHT, left_out.WORLD
+    tables = left_out.SCENE, left_out.WHEN_SIMPLIFIED, left_out.PASSES, left_out.LIGHT, left_out.WORLD
     return {entry.path.split(".")[-1] for table in tables for entry in table}
 
 

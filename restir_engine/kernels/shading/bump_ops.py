@@ -38,7 +38,7 @@ def _bump(scene, sp, registers, code, at):
     dx, dy = number(registers, code, at + 3) - h, number(registers, code, at + 4) - h
     strength = max(number(registers, code, at + 5), 0.0)
     distance, width = number(registers, code, at + 6), number(registers, code, at + 7)
-    space = load_i32(code, at + 8)
+    space = load_i32(code, at + 8) if sp.instance >= 0 else BUMP_IN_WORLD
     a, b = footprint_axes(sp)
     if space != BUMP_IN_WORLD:
         n = normalize(transform_normal(placed_at(scene, sp.instance).to_world, n))

@@ -129,7 +129,7 @@ NORMAL_SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"
 # Rays of the program's own: ray_ops ------------------------------------------------------------------------------
 AMBIENT_OCCLUSION = 192  # out, distance, rays!, inside!, own object alone!, normal or -1!
 RAYCAST = 193  # out (9: hit, hit itself, distance, position, normal), position, direction, length, own object alone!
-BEVEL = 194  # out, radius, probes!, normal or -1!
+BEVEL = 195  # out, radius, probes!, normal or -1!
 
 # Strands and spheres: shape_ops -------------------------------------------------------------------------------------
 # shape: SHAPE_STRANDS or SHAPE_SPHERES. Of strands the normal nearest to the ray and the thickness, of spheres centre
