@@ -23,6 +23,9 @@ class FakePass:
         self.pixels = values.copy()
 
 
+SHOWN = [item for item in PASSES if item.name != "Vector Weight"]  # which divides another alone
+
+
 @pytest.fixture
 def written(monkeypatch):
     """The passes of every final write, in order: name → (height, width, channels)."""
@@ -210,7 +213,7 @@ def test_shots_of_the_sequencer_have_cameras_of_their_own(lit, tmp_path, written
 def test_all_passes_reach_blender(lit, tmp_path, written):
     layer = bpy.context.view_layer
     layer.pass_cryptomatte_depth = 16
-    for item in PASSES:
+    for item in SHOWN:
         setattr(layer if item.view_layer else layer.restir, item.view_layer or item.own, True)
     settings = lit.render.image_settings
     if hasattr(settings, "media_type"):
@@ -218,11 +221,11 @@ def test_all_passes_reach_blender(lit, tmp_path, written):
     settings.file_format = "OPEN_EXR_MULTILAYER"
     lit.render.filepath = str(tmp_path / "passes.exr")
     bpy.ops.render.render(write_still=True)
-    assert set(written[-1]) == {item.name for item in PASSES} - {"Vector Weight"}  # which divides another alone
+    assert set(written[-1]) == {item.name for item in SHOWN}
     channels = multilayer_channels(tmp_path / "passes.exr")
-    expected = {engine.pass_name(item) for item in PASSES}
+    expected = {engine.pass_name(item) for item in SHOWN}
     assert expected <= {name.split(".")[1] for name in channels if name.count(".") >= 2}
-    for item in PASSES:
+    for item in SHOWN:
         got = [name for name in channels if name.split(".")[1:2] == [engine.pass_name(item)]]
         assert len(got) == len(item.channels), item.name
 
@@ -472,6 +475,5 @@ def test_warnings_are_kept_for_the_panel(lit):
 
 def test_every_pass_has_a_view_layer_switch(scene):
     layer = bpy.context.view_layer
-    shown = [item for item in PASSES if item.name != "Vector Weight"]  # which divides another alone
-    assert all(hasattr(layer if item.view_layer else layer.restir, item.view_layer or item.own) for item in shown)
+    assert all(hasattr(layer if item.view_layer else layer.restir, item.view_layer or item.own) for item in SHOWN)
     assert properties.enabled_passes(layer) >= {"Combined"}
