@@ -88,12 +88,12 @@ class Film:
 
     def pass_array(self, name: str) -> np.ndarray:
         """A pass as Blender wants it: float32 (height, width, channels), rows bottom to top."""
-        item = self._by_name[name]
-        if item.slots:
-            return self._mattes(item)
         if name == SAMPLE_COUNT:
             counts = np.full((self.height, self.width), self.samples) if self.counts is None else self.counts
             return counts[..., None].astype(np.float32)
+        item = self._by_name[name]
+        if item.slots:
+            return self._mattes(item)
         result = self.sums(name).copy()
         if not item.averaged:
             if name == "Depth":

@@ -156,7 +156,7 @@ def shader_occlusion():
     kit.put("cube", inside, (0.5, -1.2, 0.2), 0.2)
 
 
-@scene(1)
+@scene(1, size=(64, 36))
 def bevelled():
     """Bevel by radius and number of probes, with smooth shading, and below a bump."""
 
