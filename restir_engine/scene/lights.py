@@ -234,7 +234,8 @@ class LightTable(Table):
         power = growth * np.array([built[group].power for group in members])
         alias = AliasTable(power)
         emitters["probability"] = alias.probabilities
-        emitters["reach"] = [scene.reach(index) for index in emitters["instance"].tolist()]
+        for place in np.flatnonzero(scene.changing()[emitters["instance"]]).tolist():
+            emitters[place]["reach"] = scene.reach(int(emitters[place]["instance"]))
         tree = EmitterTree(run_length(sum(len(built[group].primitives) for group in members)))
         for group in np.unique(members):
             mine = np.flatnonzero(members == group)

@@ -55,11 +55,12 @@ def commit_majorants(scene: Scene) -> list[np.ndarray]:
         record = _world_majorants(scene, kept)
         scene.record["world_majorants"] = address(record)
         kept.append(record)
-    for index, instance in enumerate(scene.instances):
+    for index in np.flatnonzero(scene.have_flag(rec.MATERIAL_MEDIUM_VARIES)).tolist():
+        instance = scene.instances[index]
+        if not isinstance(scene.meshes[instance["mesh"]], Mesh):
+            continue
         start, count = instance["materials"], instance["n_materials"]
         materials = scene.material_slots[start : start + count]
-        if not varies[materials].any() or not isinstance(scene.meshes[instance["mesh"]], Mesh):
-            continue
         slots = np.zeros(count, np.int64)
         for slot, material in enumerate(materials):
             if varies[material]:

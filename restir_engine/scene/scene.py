@@ -93,7 +93,7 @@ class Scene:
         shutter, table = description.shutter.record()
         self._share("shutter", shutter)
         self._kept.append(table)
-        fixed = self._have_flag(rec.MATERIAL_MEDIUM_VARIES)  # the bounds of its extinction are those of one place
+        fixed = self.have_flag(rec.MATERIAL_MEDIUM_VARIES)  # the bounds of its extinction are those of one place
         for instances, matrices in description.instance_steps:
             if fixed[instances].any():
                 text = "what has a volume that varies in space stands still in motion blur"
@@ -107,7 +107,7 @@ class Scene:
         masks = self._instance_masks()
         users = np.bincount(instances["mesh"][masks != 0], minlength=len(self.meshes))
         scatters = np.zeros(len(self.meshes), bool)
-        scatters[instances["mesh"][self._have_flag(rec.MATERIAL_SUBSURFACE)]] = True
+        scatters[instances["mesh"][self.have_flag(rec.MATERIAL_SUBSURFACE)]] = True
         record["flags"] |= rec.SCENE_HAS_TRANSPARENT if self._lets_through().any() else 0
         record["flags"] |= rec.SCENE_HAS_SUBSURFACE if scatters.any() else 0
         moving = np.zeros(len(self.meshes), bool)
@@ -153,7 +153,7 @@ class Scene:
 
     def _lets_through(self) -> np.ndarray:
         """Which instances let shadow rays through, bool (n_instances,)."""
-        return self._have_flag(rec.MATERIAL_TRANSPARENT | self._hideable())
+        return self.have_flag(rec.MATERIAL_TRANSPARENT | self._hideable())
 
     def _hideable(self) -> int:
         """MATERIAL_MEDIUM where media differ in priority: shadow rays inside one pass boundaries of others."""
@@ -165,9 +165,9 @@ class Scene:
         """Put to the flags what media there are, that of the world's material included."""
         flags = [self.shaders.materials["flags"][world]] if world >= 0 else []
         in_world = any(flag & rec.MATERIAL_MEDIUM for flag in flags)
-        has = in_world or self._have_flag(rec.MATERIAL_MEDIUM).any()
+        has = in_world or self.have_flag(rec.MATERIAL_MEDIUM).any()
         vary = any(flag & rec.MATERIAL_MEDIUM_VARIES for flag in flags)
-        vary = vary or self._have_flag(rec.MATERIAL_MEDIUM_VARIES).any()
+        vary = vary or self.have_flag(rec.MATERIAL_MEDIUM_VARIES).any()
         self._table[0]["flags"] |= (
             (rec.SCENE_HAS_MEDIA if has else 0)
             | (rec.SCENE_HAS_VARYING_MEDIA if vary else 0)
@@ -177,7 +177,7 @@ class Scene:
     def _find_media(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
         """Lower and upper corner, (3,) each, of all instances with a medium inside."""
         found = []
-        for index in np.flatnonzero(self._have_flag(rec.MATERIAL_MEDIUM)).tolist():
+        for index in np.flatnonzero(self.have_flag(rec.MATERIAL_MEDIUM)).tolist():
             instance = self.instances[index]
             points = self.meshes[instance["mesh"]].places
             if not len(points):
@@ -188,6 +188,11 @@ class Scene:
             points = points @ instance["to_world"].reshape(3, 4)[:, :3].T + instance["to_world"].reshape(3, 4)[:, 3]
             found.append((points.min(0), points.max(0)))
         return tuple(found)
+
+    def changing(self) -> np.ndarray:
+        """Which instances move or change their shape while the shutter is open, bool (n_instances,)."""
+        deforming = np.array([mesh.steps is not None for mesh in self.meshes], bool)
+        return (self.instances["moves"] != 0) | deforming[self.instances["mesh"]]
 
     def reach(self, index: int) -> float:
         """About how far points of an instance are from where they are in the middle of the shutter, at most; 0: not."""
@@ -205,7 +210,7 @@ class Scene:
             result += float(size * np.linalg.norm(offsets, axis=2).max())
         return result
 
-    def _have_flag(self, flag: int) -> np.ndarray:
+    def have_flag(self, flag: int) -> np.ndarray:
         """Which instances have a material with one of these MATERIAL_* bits, bool (n_instances,)."""
         slots = (self.shaders.materials["flags"] & flag) != 0
         counts = np.concatenate([[0], np.cumsum(slots[self.material_slots])])

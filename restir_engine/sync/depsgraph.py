@@ -32,7 +32,19 @@ from .lights import sync_light
 from .materials import Materials
 from .mesh import readable
 from .mesh_cache import MeshCache, memory_of
-from .motion import Blur, Frames, Moments, Steps, along_velocity, blur_of, identities, steps_of, vectors_of
+from .motion import (
+    Blur,
+    Frames,
+    Moments,
+    Steps,
+    along_velocity,
+    bends,
+    blur_of,
+    identities,
+    matrices_of,
+    steps_of,
+    vectors_of,
+)
 from .objects import (
     asset_name,
     instance_flags,
@@ -246,10 +258,7 @@ class _Reader:
             self.scene.warnings.add("Object", item.name, "subsurface scattering of strands and points is not Cycles'")
         steps, deforms = self._steps_of(instance, item)
         if steps and deforms:
-            # Particle hair has its emitter's data.
-            known = read == self._shape and not is_grids(item)
-            diced = isinstance(data, bpy.types.Mesh) and len(data.vertices) != len(self.scene.meshes[mesh].points)
-            deforms = known and not (diced or self._follow_velocity(mesh, data)) and changes_shape(item, data)
+            deforms = self._deforms(item, data, mesh, read == self._hair)
         flags = instance_flags(instance, self.view_layer)
         if flags & INSTANCE_SHADOW_CATCHER:
             self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")
@@ -288,6 +297,19 @@ class _Reader:
         if isinstance(data, bpy.types.Curves):
             return layer.use_strand
         return isinstance(data, bpy.types.PointCloud) or (isinstance(data, bpy.types.Mesh) and layer.use_solid)
+
+    def _deforms(self, item, data, index: int, is_hair: bool) -> bool:
+        """Whether other times are to be looked at for how an object's shape changes; a warning where they cannot."""
+        if is_grids(item):
+            return False
+        diced = isinstance(data, bpy.types.Mesh) and len(data.vertices) != len(self.scene.meshes[index].points)
+        if not is_hair and not diced:
+            return not self._follow_velocity(index, data) and changes_shape(item, data)
+        dynamic = is_hair and any(system.use_hair_dynamics for system in item.particle_systems)
+        if self._blur.shutter and (dynamic or bends(item, data)):
+            kind = "particle hair" if is_hair else "adaptive subdivision"
+            self.scene.warnings.add("Object", item.name, f"{kind}: the blur of its deformation is left out")
+        return False
 
     def _follow_velocity(self, index: int, data) -> bool:
         """Whether the points of a shape move along its velocities; they are made to."""
@@ -405,9 +427,7 @@ class _Reader:
         """
         instances = self.depsgraph.object_instances
         count = len(instances)
-        matrices = _column(instances, "matrix_world", (count, 4, 4), np.float32)[rows]
-        # Blender's arrays are column-major.
-        matrices = matrices.transpose(0, 2, 1)[:, :3].reshape(len(rows), 12).astype(np.float64)
+        matrices = matrices_of(self.depsgraph)[rows]
         meshes = np.array([item.mesh for item in self._placed])[placed]
         # Cycles applies the transform of a mesh that is placed once: what this flattens is still there.
         alone = (meshes >= 0) & (np.bincount(meshes + 1)[meshes + 1] == 1)

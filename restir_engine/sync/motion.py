@@ -34,6 +34,9 @@ from ..scene.warnings import Warnings
 from .camera import sync_camera
 
 VELOCITY = "velocity"  # vertices' way in a second, in object space
+# Modifiers that give one shape at all times, if what they are given is.
+_STILL = {"BEVEL", "EDGE_SPLIT", "MIRROR", "MULTIRES", "PARTICLE_SYSTEM", "SOLIDIFY", "SUBSURF", "TRIANGULATE"}
+_STILL |= {"WEIGHTED_NORMAL"}
 _CURVE = 257  # values that are read of the shutter's curve
 _POSITIONS = {"START": 0.5, "CENTER": 0.0, "END": -0.5}  # of the shutter's middle, in its lengths after the frame
 
@@ -97,6 +100,12 @@ def steps_of(item, parent=None) -> tuple[int, bool]:
         deforms = deforms and getattr(settings, "use_deform_motion", True)
         most = max(most, getattr(settings, "motion_steps", 1))
     return (1 << most) + 1, deforms
+
+
+def bends(item, data) -> bool:
+    """Whether an object's mesh is likely to change its shape in time, by its modifiers and shape keys."""
+    moved = any(modifier.type not in _STILL for modifier in item.modifiers)
+    return moved or getattr(data, "shape_keys", None) is not None
 
 
 def moments(steps: int) -> list[Fraction]:

@@ -49,8 +49,12 @@ def read_volume(scene, item: bpy.types.Object, kept) -> Mesh | None:
     key = (file, *(grid.name for grid in wanted))
     found = kept.get(key) if file else None
     if found is None and wanted:
-        with nullcontext(path) if file else saved(data) as source:
-            found = _cropped(_readable(scene, item, source, wanted))
+        try:
+            with nullcontext(path) if file else saved(data) as source:
+                found = _cropped(_readable(scene, item, source, wanted))
+        except (Unreadable, OSError) as error:
+            scene.warnings.add("Volume", data.name, f"is not rendered: {error}")
+            return None
     if file:
         kept.put(key, found or [])
     return _box(scene, data.name, found or [])

@@ -11,6 +11,7 @@ from restir_engine.sync.depsgraph import read_scene  # noqa: E402
 from restir_engine.sync.motion import Frames, moments, steps_of  # noqa: E402
 from testing.blender import kit, render  # noqa: E402
 from testing.blender.scenes.motion import keyed, shutter, sliding, spinning  # noqa: E402
+from testing.blender.scenes.strands import groom  # noqa: E402
 
 
 @pytest.fixture
@@ -130,6 +131,16 @@ def test_other_vertices_in_other_frames_are_not_blurred_and_named(scene):
     description, _ = read()
     assert all(mesh.steps is None for mesh in description.meshes)
     assert any("blur of its deformation" in line for line in description.warnings.lines())
+
+
+@pytest.mark.parametrize("bends", [True, False])
+def test_hair_whose_emitter_bends_is_named(scene, bends):
+    """Its strands stand still within the shutter; a mirrored emitter gives no reason to say so."""
+    thing = groom(kit.put("ball", kit.diffuse()), count=20)
+    thing.modifiers.new("Other", "WAVE" if bends else "MIRROR")
+    shutter()
+    description, _ = read()
+    assert bends == any("particle hair: the blur" in line for line in description.warnings.lines())
 
 
 def test_a_velocity_is_a_way_in_a_second(scene):

@@ -10,7 +10,7 @@ bpy = pytest.importorskip("bpy")
 from restir_engine.scene.description import SceneDescription  # noqa: E402
 from restir_engine.scene.recent import Recent  # noqa: E402
 from restir_engine.scene.voxels import VoxelAttribute, box_mesh  # noqa: E402
-from restir_engine.sync import voxels  # noqa: E402
+from restir_engine.sync import volumes, voxels  # noqa: E402
 from restir_engine.sync.materials import Materials  # noqa: E402
 from restir_engine.sync.nodes import compiler  # noqa: E402
 from restir_engine.sync.nodes.proportional import proportional_to  # noqa: E402
@@ -67,6 +67,17 @@ def test_a_file_is_read_once_and_its_grids_are_kept(smoke, tmp_path, monkeypatch
     monkeypatch.setattr(voxels, "_by_nodes", None)
     again = read_volume(asking("density"), evaluated(thing), kept)
     assert first.attributes[0].values == pytest.approx(again.attributes[0].values)
+
+
+@pytest.mark.parametrize("error", [voxels.Unreadable("its grids cannot be saved"), OSError("no space left")])
+def test_what_cannot_be_saved_is_left_out_and_named(smoke, monkeypatch, error):
+    def fails(volume):
+        raise error
+
+    monkeypatch.setattr(volumes, "saved", fails)
+    scene = asking("density")
+    assert read_volume(scene, evaluated(smoke), Recent()) is None
+    assert any("is not rendered" in line and str(error) in line for line in scene.warnings.lines())
 
 
 def test_what_cannot_be_read_is_named(smoke, monkeypatch):

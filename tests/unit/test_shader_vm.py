@@ -6,8 +6,10 @@ import pytest
 from restir_engine.kernels.core import records as rec
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address
+from restir_engine.kernels.lobes.entries import BSDF_ENTRIES, FIBRE_ENTRIES, FILM_ENTRIES
 from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.kernels.shading.interpreter import opcodes_in, shader_entries, shader_eval
+from restir_engine.kernels.shading.textures import TEXTURE_ENTRIES
 from restir_engine.scene.shaders import Program, ShaderTable
 
 OUT = 100  # register where these tests let instructions write
@@ -70,6 +72,13 @@ def test_opcodes_are_distinct_and_within_families():
     assert len(set(values)) == len(values)
     taken = {*range(100, 192), *range(200, ops.VOLUME_SCATTER)}  # by textures, films and lobes
     assert not taken & set(values)
+
+
+def test_no_two_pieces_of_code_share_an_opcode():
+    tables = [TEXTURE_ENTRIES, BSDF_ENTRIES, FILM_ENTRIES, FIBRE_ENTRIES]
+    found = [opcode for table in tables for opcode in table]
+    found += [value for name, value in vars(ops).items() if isinstance(value, int) and not name.startswith("POINT_")]
+    assert len(set(found)) == len(found)
 
 
 def test_flow_and_closure_instructions():

@@ -196,9 +196,9 @@ def put_point(scene, sp, instance, primitive, u, v, p, d, t, radiance, ls):
     """Fill ls, but for its density, with the point p of a triangle that sp sees at distance t along d."""
     put(ls.radiance, radiance)
     ls.light = -1
-    ls.blockers = instance_at(scene.instances, instance).blockers
-    ls.flags = 0 if ls.blockers == EVERYTHING else LIGHT_SAMPLE_DELTA
     placed = instance_at(scene.instances, instance)
+    ls.blockers = placed.blockers
+    ls.flags = 0 if ls.blockers == EVERYTHING else LIGHT_SAMPLE_DELTA
     ls.seen_by = placed.seen_by if reaches(placed.links, sp.light_set) else 0
     put(ls.wi, d)
     ls.distance = t

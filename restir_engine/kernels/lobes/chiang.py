@@ -213,12 +213,18 @@ def chiang_lobe(closure, request, _a, _b, _c):
 
 
 @device
+def mass_albedo(c, beta, reflected):
+    """What a mass of hair of the closure's absorption reflects, beside what it does at the surface (eq. 9)."""
+    k = albedo_roughness_factor(beta)
+    return (
+        math.exp(-math.sqrt(c.p[P_SIGMA]) * k) + reflected,
+        math.exp(-math.sqrt(c.p[P_SIGMA + 1]) * k) + reflected,
+        math.exp(-math.sqrt(c.p[P_SIGMA + 2]) * k) + reflected,
+    )
+
+
+@device
 def chiang_albedo(c, beta):
     """About what a mass of such hair reflects, for colour passes: as Cycles, by eq. 9 and the first reflection."""
     _go, _gt, _cos, _t, f = _refracted(c)
-    k = albedo_roughness_factor(beta)
-    return (
-        math.exp(-math.sqrt(c.p[P_SIGMA]) * k) + f,
-        math.exp(-math.sqrt(c.p[P_SIGMA + 1]) * k) + f,
-        math.exp(-math.sqrt(c.p[P_SIGMA + 2]) * k) + f,
-    )
+    return mass_albedo(c, beta, f)

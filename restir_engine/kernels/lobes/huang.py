@@ -24,7 +24,7 @@ from ..core.memory import float_bits
 from ..core.records import closure_at
 from ..core.vec import add, dot, frame, madd, neg, normalize, scale, to_world, vec
 from .albedo import interface_energy
-from .chiang import albedo_roughness_factor, longitudinal, sample_longitudinal
+from .chiang import longitudinal, mass_albedo, sample_longitudinal
 from .fibre import (
     EVALUATE,
     P_MODEL,
@@ -364,9 +364,4 @@ def huang_albedo(c, roughness):
     """About what a mass of such hair reflects, for colour passes."""
     cosine = math.sqrt(max(1.0 - c.p[P_OFFSET] * c.p[P_OFFSET], 0.0)) * math.sqrt(max(1.0 - c.p[P_SIN_O] ** 2, 0.0))
     f, _cos = dielectric(cosine, c.ior)
-    k = albedo_roughness_factor(roughness)
-    return (
-        math.exp(-math.sqrt(c.p[P_SIGMA]) * k) + f,
-        math.exp(-math.sqrt(c.p[P_SIGMA + 1]) * k) + f,
-        math.exp(-math.sqrt(c.p[P_SIGMA + 2]) * k) + f,
-    )
+    return mass_albedo(c, roughness, f)

@@ -43,7 +43,7 @@ THIN_FILM = 190
 FILM_REFLECTANCE = 191  # no instruction: where the code that closures under a film refer to stands among the entries
 
 # No instructions: where the code of the lobes of fibres stands among the entries (`fibre`).
-HAIR_LOBE, CHIANG_LOBE, HUANG_LOBE = 195, 196, 197
+HAIR_LOBE, CHIANG_LOBE, HUANG_LOBE = 196, 197, 198
 
 # What an artist gives a strand's colour by, as immediates.
 HAIR_ABSORPTION, HAIR_MELANIN, HAIR_COLOR = 0, 1, 2

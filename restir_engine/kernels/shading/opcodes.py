@@ -129,12 +129,12 @@ NORMAL_SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"
 # Rays of the program's own: ray_ops ------------------------------------------------------------------------------
 AMBIENT_OCCLUSION = 192  # out, distance, rays!, inside!, own object alone!, normal or -1!
 RAYCAST = 193  # out (9: hit, hit itself, distance, position, normal), position, direction, length, own object alone!
-BEVEL = 195  # out, radius, probes!, normal or -1!
+BEVEL = 194  # out, radius, probes!, normal or -1!
 
 # Strands and spheres: shape_ops -------------------------------------------------------------------------------------
 # shape: SHAPE_STRANDS or SHAPE_SPHERES. Of strands the normal nearest to the ray and the thickness, of spheres centre
 # and radius, in the world; zeros on all else.
-SHAPE_INFO = 194  # out (5: vector, size, whether it is such a shape), shape!
+SHAPE_INFO = 195  # out (5: vector, size, whether it is such a shape), shape!
 
 # Media, in the programs of the Volume socket: media.program ------------------------------------------------------
 # `phase` is a PHASE_* of media.phase; its inputs are g, nothing, g and α, IOR and backscatter, the diameter in µm.

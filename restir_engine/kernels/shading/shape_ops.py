@@ -3,16 +3,16 @@
 import math
 
 from ..core.jit import device, entry
-from ..core.memory import load_f32, load_i32, load_u32, store_f64
+from ..core.memory import load_i32, load_u32, store_f64
 from ..core.records import (
     SHAPE_SPHERES,
     SHAPE_STRANDS,
-    instance_at,
     mesh_at,
     scene_at,
     shading_point_at,
 )
 from ..core.vec import dot, length, madd, normalize, store3_f64, transform_point, transform_vector, vec
+from ..geometry.placed import placed_at, point
 
 
 @device
@@ -38,17 +38,17 @@ def shape_op(scene, sp, registers, code, at):
     v = (0.0, 0.0, 0.0)
     size = 0.0
     if there:
-        placed = instance_at(scene.instances, sp.instance)
+        placed = placed_at(scene, sp.instance)
         mesh = mesh_at(scene.meshes, sp.mesh)
         if shape == SHAPE_SPHERES:
-            at = 4 * sp.primitive
-            centre = (load_f32(mesh.points, at), load_f32(mesh.points, at + 1), load_f32(mesh.points, at + 2))
-            v = transform_point(placed.to_world, centre)
-            size = _world_size(placed, load_f32(mesh.points, at + 3))
+            x, y, z, radius = point(mesh, scene.time, sp.primitive)
+            v = transform_point(placed.to_world, (x, y, z))
+            size = _world_size(placed, radius)
         else:
             v = _tangent_normal(sp)
-            at = 4 * load_u32(mesh.segments, sp.primitive) + 7  # the radius of the segment's first point
-            a, b = load_f32(mesh.points, at), load_f32(mesh.points, at + 4)
+            first = load_u32(mesh.segments, sp.primitive) + 1  # behind the point that its end doubles
+            _x, _y, _z, a = point(mesh, scene.time, first)
+            _x, _y, _z, b = point(mesh, scene.time, first + 1)
             size = _world_size(placed, 2.0 * (a + (b - a) * sp.u))
     store3_f64(registers, out, v)
     store_f64(registers, out + 3, size)

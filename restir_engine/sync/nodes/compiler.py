@@ -71,7 +71,7 @@ class Compiler(ValueCompiler):
                 emit_medium(self)
             if self.scene.aovs and tree is not None:
                 self._path = ()
-                self._aov_outputs(tree)
+                self._aovs = self._apart(lambda: self._aov_outputs(tree))
             return self.program()
         except TooManyRegisters:
             self.warn("the node tree is too large, it is rendered black")
@@ -144,37 +144,35 @@ class Compiler(ValueCompiler):
             self.warn("Scatter Inside has the values of the place where light enters")
 
     def _add_medium(self, emit: Callable[[], None], converters: dict) -> None:
-        surface, self.instructions = self.instructions, []
         self._converters = converters
-        emit()
+        self._medium += self._apart(emit)
         self._converters = CLOSURES
-        # The medium's instructions follow one another; none of them may use what the surface's have computed.
-        self._medium, self.instructions = self._medium + self.instructions, surface
-        self._cache.clear()
         if self._medium:
             self.flags |= rec.MATERIAL_MEDIUM
 
+    def _apart(self, emit: Callable[[], None]) -> list:
+        """The instructions that emit() emits: a part of the program that may use nothing that others have computed."""
+        others, self.instructions = self.instructions, []
+        self._cache.clear()
+        emit()
+        self._cache.clear()
+        mine, self.instructions = self.instructions, others
+        return mine
+
     def _displaced(self, output: bpy.types.Node) -> None:
         """Add the program by which vertices are displaced."""
-        surface, self.instructions = self.instructions, []
-        self._cache.clear()
-        self.emit(ops.DISPLACE, self.vector(output, "Displacement"))
-        self._displacement, self.instructions = self.instructions, surface
-        self._cache.clear()
+        self._displacement = self._apart(lambda: self.emit(ops.DISPLACE, self.vector(output, "Displacement")))
         if self.displacement_method == "DISPLACEMENT":
             self.flags |= rec.MATERIAL_DISPLACED_NORMALS
 
     def _aov_outputs(self, tree: bpy.types.NodeTree) -> None:
-        """Add what AOV Output nodes write, those within groups included."""
-        before, self.instructions = self.instructions, []
-        self._cache.clear()
+        """Emit what AOV Output nodes write, those within groups included."""
         for path, node in _aov_nodes(tree):
             channel, components = self.scene.aovs.get(node.aov_name, (-1, 0))
             if components:
                 with self._at(path):
                     found = self.value(node, "Value") if components == 1 else self.vector(node, "Color")
                 self.emit(ops.AOV, channel, components, found)
-        self._aovs, self.instructions = self.instructions, before
 
     def _invisible_boundary(self) -> None:
         """A mesh with nothing but a medium: rays pass its surface."""

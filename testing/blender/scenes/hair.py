@@ -37,6 +37,17 @@ def principled(**keywords):
     return kit.material(lambda node: node("BsdfHairPrincipled", keywords.pop("inputs", None), **keywords))
 
 
+@scene(2, 48)
+def hair_closure():
+    """Cycles' own sampling goes beyond the surface's horizon, where its light sampling has nothing: docs/lobes.md."""
+
+    def closure(component: str):
+        inputs = {"Color": (0.6, 0.35, 0.15), "Offset": -0.05, "RoughnessU": 0.2, "RoughnessV": 0.5}
+        return kit.material(lambda node: node("BsdfHair", inputs, component=component))
+
+    show([closure("Reflection"), closure("Transmission")])
+
+
 ABSORPTION = {"Absorption Coefficient": (0.1, 0.3, 1.0)}
 
 
