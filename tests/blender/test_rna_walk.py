@@ -19,7 +19,7 @@ VERSIONS, TABLE = rna_walk.read_table(Path(__file__).with_name("cycles_propertie
 MODULES = {
     "RenderSettings": ("sync/camera.py", "properties.py", "sync/culling.py"),
     "ViewLayer": ("properties.py", "sync/world.py", "sync/depsgraph.py"),
-    "Object": ("sync/objects.py", "sync/depsgraph.py"),
+    "Object": ("sync/objects.py", "sync/depsgraph.py", "sync/motion.py"),
     "Camera": ("sync/camera.py",),
     "Camera.dof": ("sync/camera.py",),
     "AreaLight": ("sync/lights.py",),
