@@ -28,7 +28,7 @@ from .scene.scene import Scene
 from .scene.trees import Trees
 from .session import PREPARING, Session, Status, format_time, memory_in_use
 from .settings import RenderSettings
-from .upscale import KERNELS, upscaled
+from .upscale import KERNELS, guide_of, upscaled
 
 if TYPE_CHECKING:
     from .integrators.resampling.history import History
@@ -79,11 +79,13 @@ class LiveSession:
         self._current: Request | None = None  # what the worker has taken
         self._changed = threading.Condition()
         self._closed = False
+        self._passing: Session | None = None  # what a newer request ends at once
         self._pace = Pace(MOVING)
         self._history: tuple[int, History] | None = None  # of the last picture in motion, and its step
         self._trees = Trees(instanced=True)
         self._committed: tuple[SceneDescription, Scene] | None = None
-        self._guess: tuple[np.ndarray, np.ndarray] | None = None  # the last coarse picture in all pixels, its weights
+        self._guide: tuple[Scene, Camera, np.ndarray] | None = None  # of the last coarse picture, see upscale.guide_of
+        self._guess: tuple[np.ndarray, np.ndarray] | None = None  # that picture in all pixels, its weights
         self._way: tuple[RenderSettings, tuple, RenderSettings] | None = None
         self._sessions = 0
         self._denoised = self._denoising = 0.0  # when it was last done, and how long it took
@@ -117,13 +119,13 @@ class LiveSession:
         """Render this from now on."""
         with self._changed:
             self._request = Request(scene, settings, camera, frame, time.perf_counter())
-            self._changed.notify()
+            self._end_passing()
 
     def close(self) -> None:
         """End the worker soon, without waiting for it; harmless when called twice."""
         with self._changed:
             self._closed = True
-            self._changed.notify()
+            self._end_passing()
 
     def wait(self, seconds: float) -> bool:
         """Wait until there is nothing left to do; False when that takes longer."""
@@ -150,46 +152,71 @@ class LiveSession:
     def _outdated(self) -> bool:
         return self._closed or self._request is not None
 
+    def _end_passing(self) -> None:
+        """Let the worker see what is new. The lock is held."""
+        if self._passing:
+            self._passing.cancel()
+        self._changed.notify()
+
+    def _render_unless_outdated(self, session: Session, *watched: Callable) -> bool:
+        """Session.render, ended as soon as there is another request; True when all samples were rendered."""
+        with self._changed:
+            self._passing = session
+        try:
+            return session.render(self._outdated, *watched)
+        finally:
+            self._passing = None
+
     def _render(self, request: Request) -> None:
         scene = self._scene(request)
         width, height = request.camera.film_size
         step = self._pace.choose(width * height)
         if request.settings.integrator == "RESTIR":
             step = max(step, math.ceil(math.sqrt(width * height / REUSED)))
-        # Never cut short: while something moves there is always a newer request.
-        self._coarse(request, scene, step, True, lambda: self._closed)
+        self._coarse(request, scene, step, moving=True)
         while step > 3 and not self._outdated():
             step = -(-step // 2)
-            self._coarse(request, scene, step, False, self._outdated)
+            self._coarse(request, scene, step, moving=False)
         if not self._outdated():
             self._rest(request, scene)
 
-    def _coarse(self, request: Request, scene: Scene, step: int, moving: bool, cancelled: Callable[[], bool]) -> None:
-        """One picture in pixels of so many of the view's along a side, unless it is `cancelled`.
+    def _coarse(self, request: Request, scene: Scene, step: int, moving: bool) -> None:
+        """One picture in pixels of so many of the view's along a side.
 
-        moving: whether it goes on from the last one of this kind.
+        moving: it goes on from the last one of this kind, and newer requests wait for it: while something moves there
+        is always one.
         """
         camera = request.camera.coarser(step)
         history = self._history[1] if moving and self._history and self._history[0] == step else None
         session = self._session(request, scene, in_motion(request.settings, moving), camera, history)
         began = time.perf_counter()
-        session.render(cancelled)
-        if session.cancelled:
+        finished = session.render(lambda: self._closed) if moving else self._render_unless_outdated(session)
+        if not finished:
             return
         if moving:
             self._history = session.history and (step, session.history)
         pixels, self._guess = session.combined(), None
-        fine = request.camera.coarser(max(round(step / GUIDED), 1))
+        size = max(round(step / GUIDED), 1)
+        fine = request.camera.coarser(size) if size > 1 else request.camera
         if fine.film_size != camera.film_size:
-            pixels, surfaces = upscaled(pixels, camera, fine, scene, request.settings.threads)
+            guide = self._guide_of(scene, fine, request.settings.threads)
+            pixels = upscaled(pixels, camera, fine, guide, request.settings.threads)
             if fine.film_size == request.camera.film_size:
+                surfaces = guide["distance"] > 0.0
                 self._guess = pixels, np.where(surfaces, np.float32(GUESS), np.float32(0.0))[..., None]
         self._pace.took(camera.film_size[0] * camera.film_size[1], time.perf_counter() - began)
         self._tell(request, session.status, camera)
         self._show(pixels, fine, request)
 
+    def _guide_of(self, scene: Scene, camera: Camera, threads: int) -> np.ndarray:
+        """upscale.guide_of, which pictures of one request share."""
+        if self._guide is None or self._guide[0] is not scene or self._guide[1] is not camera:
+            self._guide = scene, camera, guide_of(scene, camera, threads)
+        return self._guide[2]
+
     def _rest(self, request: Request, scene: Scene) -> None:
         """Accumulate samples in all pixels until done, or until there is another request."""
+        self._guide = None
         settings = self._chosen(request.settings, scene)
         session = self._session(request, scene, settings, request.camera)
         kinds = request.settings, _kinds_of_light(scene)
@@ -209,7 +236,7 @@ class LiveSession:
                 self._denoised = time.perf_counter()
                 self._denoising = self._denoised - began
 
-        session.render(self._outdated, lambda status: self._tell(request, status, session.camera), keep)
+        self._render_unless_outdated(session, lambda status: self._tell(request, status, session.camera), keep)
         if not session.cancelled:
             self._show(session.combined(), session.camera, request)
 

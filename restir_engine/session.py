@@ -289,13 +289,12 @@ class Session:
 
     def _stage(self, stage, items, integrator, pool, threads, start, cancelled, on_progress) -> bool:
         """Run a stage on every item; False when it was cancelled."""
-        abort = threading.Event()
         position = iter(items)
         lock = threading.Lock()
 
         def work() -> None:
             scratch = integrator.scratch()
-            while not abort.is_set():
+            while not self.cancelled:
                 with lock:
                     item = next(position, None)
                 if item is None:
@@ -306,12 +305,11 @@ class Session:
         pending = set(futures)
         while pending:
             _, pending = wait(pending, timeout=POLL)
-            if self._stopped(cancelled):
-                abort.set()
+            self._stopped(cancelled)
             self._report("Rendering", start, on_progress)
         for future in futures:
             future.result()
-        return not abort.is_set()
+        return not self.cancelled
 
     def _tiles(self) -> list[tuple[int, int, int, int]]:
         """Tiles (x0, y0, x1, y1), from the centre outwards."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import time
 
 import bpy
 
@@ -17,7 +18,8 @@ from .sync.live import LiveReader
 
 log = logging.getLogger(__name__)
 
-REDRAW_INTERVAL = 0.02  # seconds until the view is drawn again while there is more to come
+LOOK_INTERVAL = 0.005  # seconds between looks whether there is a new picture to draw
+LINE_INTERVAL = 0.5  # seconds between draws for the status line alone
 
 
 class Viewport:
@@ -33,7 +35,8 @@ class Viewport:
         self._shown = None  # the picture in the texture
         self._problem = ""
         self._past = 0
-        self._will_draw = False
+        self._looks = False
+        self._line, self._drawn = "", 0.0  # what the status line says, and when it was drawn, by time.perf_counter
 
     def __del__(self) -> None:
         # Blender gives up an engine without a word; in a __del__ of its own its attributes cannot be read any more.
@@ -69,20 +72,30 @@ class Viewport:
             if not view.same_as(self._view):
                 self._view = view
                 self._session.show(self._scene, self._settings, *view)
-        if self._session.busy and not self._will_draw:
-            self._will_draw = True
-            bpy.app.timers.register(lambda: self._draw_again(engine), first_interval=REDRAW_INTERVAL)
+        if self._session.busy and not self._looks:
+            self._looks = True
+            bpy.app.timers.register(lambda: self._look(engine), first_interval=LOOK_INTERVAL)
         shown = self._session.shown
         if shown is not None:
             self._draw(shown, engine, context.region, depsgraph.scene_eval)
         error = self._session.error
         problem = self._problem or (unexpected("The render stopped", error) if error else "")
-        engine.update_stats("", problem or self._session.line)
+        self._line, self._drawn = problem or self._session.line, time.perf_counter()
+        engine.update_stats("", self._line)
 
-    def _draw_again(self, engine: bpy.types.RenderEngine) -> None:
-        self._will_draw = False
+    def _look(self, engine: bpy.types.RenderEngine) -> float | None:
+        """Have the view drawn when there is something new; the seconds until the next look, unless `draw` asks again.
+
+        A draw costs a picture's time where Blender draws slowly, and no sample is rendered meanwhile.
+        """
+        is_late = time.perf_counter() - self._drawn > LINE_INTERVAL
+        ended = not self._session.busy
+        if self._session.shown is self._shown and not (is_late and self._session.line != self._line) and not ended:
+            return LOOK_INTERVAL
+        self._looks = False
         with contextlib.suppress(ReferenceError):  # the view may be gone
             engine.tag_redraw()
+        return None
 
     def _draw(
         self, shown: Shown, engine: bpy.types.RenderEngine, region: bpy.types.Region, scene: bpy.types.Scene

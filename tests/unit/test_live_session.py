@@ -12,7 +12,7 @@ from restir_engine.scene.plain import plain_picture
 from restir_engine.scene.trees import Trees
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
-from restir_engine.upscale import upscaled
+from restir_engine.upscale import guide_of, upscaled
 from testing.scenes.lights import matrix
 from testing.scenes.rooms import Builder, diffuse, look, scaled
 from testing.scenes.shapes import QUAD
@@ -63,7 +63,7 @@ def test_what_moves_is_seen_coarsely_first_and_then_in_full(live):
     live.wait(300.0)
     sizes = []
     chosen = live._coarse
-    live._coarse = lambda *args: (chosen(*args), sizes.append(args[2]))
+    live._coarse = lambda *args, **how: (chosen(*args, **how), sizes.append(args[2]))
     for step in range(1, 5):
         live.show(scene, SETTINGS, view(step))
     assert live.wait(300.0)
@@ -112,6 +112,20 @@ def test_a_newer_request_ends_the_one_before(live):
     live.show(scene, SETTINGS, view(1))
     assert live.wait(60.0)
     assert "4/4" in live.line
+
+
+def test_a_newer_request_does_not_wait_for_a_look_at_the_clock(live, monkeypatch):
+    """Between looks at the cancel flag lies more time than this test may take."""
+    scene = scene_of()
+    live.show(scene, SETTINGS, view(0))
+    assert live.wait(300.0)  # kernels are loaded
+    monkeypatch.setattr("restir_engine.session.POLL", 300.0)
+    live.show(scene, RenderSettings(samples=1 << 20, max_bounces=0, threads=1), view(1))
+    before = live.picture
+    while live.picture is before or live._passing is None:
+        assert not live.wait(0.01)
+    live.show(scene, SETTINGS, view(2))
+    assert live.wait(60.0)
 
 
 def test_an_error_is_kept_and_the_next_request_is_rendered(live, monkeypatch):
@@ -187,7 +201,7 @@ def test_edges_stay_where_they_are():
     small.render()
     there = small.combined()[..., 3] > 0.5
     picture = np.repeat(there[..., None].astype(np.float32), 4, 2)
-    found = upscaled(picture, coarse, fine, scene, 1)[0][..., 3]
+    found = upscaled(picture, coarse, fine, guide_of(scene, fine, 1), 1)[..., 3]
     inside = (seen == 0.0) | (seen == 1.0)
     blocks = np.kron(there, np.ones((8, 8)))
     off, off_in_blocks = (np.abs(each - seen)[inside].mean() for each in (found, blocks))

@@ -8,7 +8,8 @@ import math
 
 import numpy as np
 
-from ..core.jit import device, kernel
+from ..core.fastmath import exp
+from ..core.jit import inlined, kernel
 from ..core.memory import load_f32, record_at, store_f32
 from ..core.records import CAMERA, RAY_CAMERA, SCENE, tile_point
 from ..core.vec import is_black, vec
@@ -19,12 +20,15 @@ from ..geometry.surface import surface_point
 GUIDE = np.dtype(  # a pixel's first surface; distance 0: there is none
     [("instance", np.float32), ("normal", np.float32, 3), ("distance", np.float32)]
 )
-_WORDS = GUIDE.itemsize // 4
+GUIDE_BYTES = GUIDE.itemsize
+_WORDS = GUIDE_BYTES // 4
 
 UPSCALE = np.dtype(
     [
-        # Addresses: GUIDE [height, width], float32 [coarse_height, coarse_width, 4], float32 [height, width, 4].
+        # Addresses: GUIDE [height, width] and [coarse_height, coarse_width], float32 [coarse_height, coarse_width, 4]
+        # and [height, width, 4].
         ("guide", np.int64),
+        ("coarse_guide", np.int64),
         ("coarse", np.int64),
         ("fine", np.int64),
         ("width", np.int64),
@@ -38,9 +42,9 @@ UPSCALE = np.dtype(
 )
 upscale_at = record_at(UPSCALE)
 
-# Of the weights by distance on the film, in coarse pixels; by the cosine of normals, its power; by the relative
-# difference of distances. A pixel whose surface no coarse one near it shows takes the mean of them all.
-_WIDTH, _SHARPNESS, _DEPTH, _LEAST = 0.6, 16.0, 0.05, 1e-6
+# Of the weights by distance on the film, in coarse pixels; by the relative difference of distances. A pixel whose
+# surface no coarse one near it shows takes the mean of them all.
+_WIDTH, _DEPTH, _LEAST = 0.6, 0.05, 1e-6
 _SAME = 0.01  # the least likeness of two places of one instance: at outlines normals and distances differ much
 
 
@@ -68,48 +72,60 @@ def guide_rows(scene: SCENE, camera: CAMERA, scratch, guide, width, y0, y1):
             store_f32(guide, at + 4, max(t, 1e-30))
 
 
-@device
-def _likeness(guide, a, b):
-    """From 0 to 1 how well two pixels of the guide go together."""
-    here = load_f32(guide, a + 4)
-    there = load_f32(guide, b + 4)
+@inlined
+def _likeness(a, b):
+    """From 0 to 1 how well two GUIDE at addresses go together; it falls with the 16th power of the normals' cosine."""
+    here, there = load_f32(a, 4), load_f32(b, 4)
     if here == 0.0 or there == 0.0:
         return 1.0 if here == there else 0.0
-    if load_f32(guide, a) != load_f32(guide, b):
+    if load_f32(a, 0) != load_f32(b, 0):
         return 0.0
     cosine = 0.0
     for k in range(1, 4):
-        cosine += load_f32(guide, a + k) * load_f32(guide, b + k)
+        cosine += load_f32(a, k) * load_f32(b, k)
+    square = max(cosine, 0.0) ** 2
+    fourth = square * square
+    eighth = fourth * fourth
     apart = (here - there) / (_DEPTH * here)
-    return _SAME + (1.0 - _SAME) * max(cosine, 0.0) ** _SHARPNESS * math.exp(-apart * apart)
+    return _SAME + (1.0 - _SAME) * eighth * eighth * _bell(apart * apart)
+
+
+@inlined
+def _bell(x):
+    """e^-x."""
+    return exp(-min(x, 700.0))
+
+
+@inlined
+def _near(place):
+    """(index of the coarse pixel at a place, weights of the one before it, of itself and of the one behind it)."""
+    middle = math.floor(place)
+    off = (middle + 0.5 - place) / _WIDTH
+    before, behind = off - 1.0 / _WIDTH, off + 1.0 / _WIDTH
+    return middle, (_bell(0.5 * before * before), _bell(0.5 * off * off), _bell(0.5 * behind * behind))
 
 
 @kernel
 def upscale_rows(up: UPSCALE, y0, y1):
     """Fill rows [y0, y1) of the fine picture."""
     for y in range(y0, y1):
-        place_y = up.offset[1] + up.scale[1] * (y + 0.5)
+        row, by_row = _near(up.offset[1] + up.scale[1] * (y + 0.5))
         for x in range(up.width):
-            place_x = up.offset[0] + up.scale[0] * (x + 0.5)
-            here = y * up.width + x
+            column, by_column = _near(up.offset[0] + up.scale[0] * (x + 0.5))
+            here = up.guide + GUIDE_BYTES * (y * up.width + x)
             red = green = blue = alpha = total = 0.0
-            for row in range(math.floor(place_y) - 1, math.floor(place_y) + 2):
-                for column in range(math.floor(place_x) - 1, math.floor(place_x) + 2):
-                    i = min(max(column, 0), up.coarse_width - 1)
-                    j = min(max(row, 0), up.coarse_height - 1)
-                    middle_x = min(max(int((i + 0.5 - up.offset[0]) / up.scale[0]), 0), up.width - 1)
-                    middle_y = min(max(int((j + 0.5 - up.offset[1]) / up.scale[1]), 0), up.height - 1)
-                    like = _likeness(up.guide, _WORDS * here, _WORDS * (middle_y * up.width + middle_x))
-                    off_x = (column + 0.5 - place_x) / _WIDTH
-                    off_y = (row + 0.5 - place_y) / _WIDTH
-                    weight = (like + _LEAST) * math.exp(-0.5 * (off_x * off_x + off_y * off_y))
-                    pixel = 4 * (j * up.coarse_width + i)
-                    red += weight * load_f32(up.coarse, pixel)
-                    green += weight * load_f32(up.coarse, pixel + 1)
-                    blue += weight * load_f32(up.coarse, pixel + 2)
-                    alpha += weight * load_f32(up.coarse, pixel + 3)
+            for j in range(3):
+                first = min(max(row + j - 1, 0), up.coarse_height - 1) * up.coarse_width
+                for i in range(3):
+                    at = first + min(max(column + i - 1, 0), up.coarse_width - 1)
+                    weight = by_row[j] * by_column[i] * (_likeness(here, up.coarse_guide + GUIDE_BYTES * at) + _LEAST)
+                    red += weight * load_f32(up.coarse, 4 * at)
+                    green += weight * load_f32(up.coarse, 4 * at + 1)
+                    blue += weight * load_f32(up.coarse, 4 * at + 2)
+                    alpha += weight * load_f32(up.coarse, 4 * at + 3)
                     total += weight
-            store_f32(up.fine, 4 * here, red / total)
-            store_f32(up.fine, 4 * here + 1, green / total)
-            store_f32(up.fine, 4 * here + 2, blue / total)
-            store_f32(up.fine, 4 * here + 3, alpha / total)
+            pixel = 4 * (y * up.width + x)
+            store_f32(up.fine, pixel, red / total)
+            store_f32(up.fine, pixel + 1, green / total)
+            store_f32(up.fine, pixel + 2, blue / total)
+            store_f32(up.fine, pixel + 3, alpha / total)
