@@ -1,10 +1,12 @@
-"""Whole paths resampled beside PATH: `python -m benchmarks.whole_paths [SCENE …] [--ladder] [--seeds N] [--size N]`.
+"""Whole paths resampled beside PATH: `python -m benchmarks.whole_paths [SCENE …] [--ladder | --view] [--seeds N]`.
 
 Interiors of testing/scenes/interiors.py at 64 × 64 pixels, twelve bounces, one thread. relMSE (the worst 0.1 % of the
 pixels left out) against many samples; time is that of the processor. As noise goes with one over time, the last column
 is relMSE × time by PATH's. Two tables in Markdown: final frames of eight samples; the 17th frame of a camera that
 moves, one sample a frame, beside PATH in as much time. --ladder: what items of ReSTIR PT Enhanced bring, added one by
-one (as in its supplement's table 1), in place of these.
+one (as in its supplement's table 1), in place of these. --view: what the 3D view does before it rests, one sample a
+pixel and four bounces, also in rooms under each kind of light (testing/scenes/rooms.py): while the camera moves, the
+17th frame; after an edit, a first one.
 """
 
 from __future__ import annotations
@@ -22,8 +24,9 @@ from restir_engine.integrators.restir.integrator import RestirIntegrator
 from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.settings import RenderSettings, required_passes
 from testing.measures import relmse
-from testing.scenes.interiors import SCENES, VIEW, interior
-from testing.scenes.rooms import look, render
+from testing.scenes import interiors, rooms
+from testing.scenes.interiors import SCENES, interior
+from testing.scenes.rooms import LIGHTS, look, picture_scene, render
 
 SAMPLES, FRAMES, BOUNCES = 8, 17, 12
 ONE = {"light_samples": 1, "light_candidates": 8}  # these rooms have a lamp or two; tiles cost time there
@@ -41,6 +44,17 @@ MOVING = {
     "whole, temporal and 1 round of 3": WHOLE | {"temporal": True, "rounds": 1},
     "whole, temporal and 2 rounds of 6": WHOLE | {"temporal": True, "rounds": 2, "neighbours": 6},
 }
+VIEW_BOUNCES = 4
+EDITED = {
+    "light tiles": {"pilot": False},
+    "direct, 1 round": {"rounds": 1},
+    "indirect, 1 round": {"paths": "INDIRECT", "rounds": 1},
+}
+ORBITED = {
+    "direct, temporal and 1 round": {"temporal": True, "rounds": 1},
+    "indirect, temporal and 1 round": {"paths": "INDIRECT", "temporal": True, "rounds": 1},
+    "whole, temporal and 1 round": {"paths": "WHOLE", "temporal": True, "rounds": 1},
+}
 _PLAIN = WHOLE | {"rounds": 2, "neighbours": 6, "pattern": "DISK", "vector_weights": False}
 LADDER = {  # each with all before it
     "random replay alone": _PLAIN | {"footprint": 1e9},
@@ -54,11 +68,11 @@ LADDER = {  # each with all before it
 }
 
 
-def settings_of(options: dict | None, seed: int) -> RenderSettings:
+def settings_of(options: dict | None, seed: int, bounces: int) -> RenderSettings:
     """Of PATH where there are no options."""
     if options is None:
-        return RenderSettings(integrator="PATH", seed=seed, max_bounces=BOUNCES)
-    return RenderSettings(integrator="RESTIR", seed=seed, max_bounces=BOUNCES, reuse=ReuseSettings(**options))
+        return RenderSettings(integrator="PATH", seed=seed, max_bounces=bounces)
+    return RenderSettings(integrator="RESTIR", seed=seed, max_bounces=bounces, reuse=ReuseSettings(**options))
 
 
 def tiles_of(size: int) -> list[tuple[int, int, int, int]]:
@@ -76,33 +90,33 @@ def step(integrator, sample: int, samples: int, tiles: list) -> float:
     return time.process_time() - start
 
 
-def final(scene, size: int, options: dict | None, seed: int) -> tuple[np.ndarray, float]:
-    """(picture of SAMPLES samples, processor seconds)."""
-    settings = settings_of(options, seed)
+def final(scene, size: int, options: dict | None, seed: int, samples=SAMPLES, bounces=BOUNCES):
+    """(picture of so many samples, processor seconds)."""
+    settings = settings_of(options, seed, bounces)
     film = Film(size, size, required_passes(settings.passes, False), 1.0)
     kind = PathIntegrator if options is None else RestirIntegrator
     integrator = kind(FrameContext(scene), settings, film)
     integrator.prepare()
-    count = SAMPLES if options is None else 1
-    seconds = sum(step(integrator, sample, count, tiles_of(size)) for sample in range(0, SAMPLES, count))
-    film.samples = SAMPLES
+    count = samples if options is None else 1
+    seconds = sum(step(integrator, sample, count, tiles_of(size)) for sample in range(0, samples, count))
+    film.samples = samples
     return film.pass_array("Combined")[:, :, :3], seconds
 
 
-def moved(size: int, frame: int):
+def moved(view: tuple, size: int, frame: int):
     """The camera of a frame: it walks sideways and forwards, and stands in its last frame where the scene has it."""
     back = FRAMES - 1 - frame
-    eye, target = (np.array(v) for v in VIEW)
+    eye, target = (np.array(v) for v in view)
     return look(eye + back * np.array([0.03, -0.01, 0.005]), target + back * np.array([0.01, 0.0, 0.0]), size)
 
 
-def moving(scene, size: int, options: dict, seed: int) -> tuple[np.ndarray, float]:
+def moving(scene, view: tuple, size: int, options: dict, seed: int, bounces=BOUNCES) -> tuple[np.ndarray, float]:
     """(the last of FRAMES frames, the processor seconds that it took)."""
     history = None
     for frame in range(FRAMES):
-        settings = settings_of(options, seed * FRAMES + frame)
+        settings = settings_of(options, seed * FRAMES + frame, bounces)
         film = Film(size, size, required_passes(settings.passes, False), 1.0)
-        integrator = RestirIntegrator(FrameContext(scene, moved(size, frame)), settings, film, history)
+        integrator = RestirIntegrator(FrameContext(scene, moved(view, size, frame)), settings, film, history)
         integrator.prepare()
         history = integrator.history
         seconds = step(integrator, 0, 1, tiles_of(size))
@@ -124,16 +138,39 @@ def table(title: str, name: str, rows: dict, run, reference: np.ndarray, seeds: 
         print(f"| {title} | {name} | {row} | {noise:.4f} | {1e3 * seconds:.1f} | {work / base:.2f} |", flush=True)
 
 
+def compare_in_view(name: str, size: int, samples: int, seeds: int) -> None:
+    """Print the rows of --view for a scene."""
+    scene = interior(name, size) if name in SCENES else picture_scene(name, size)
+    view = interiors.VIEW if name in SCENES else rooms.VIEW
+    reference = render(scene, samples, seed=99999, integrator="PATH", max_bounces=VIEW_BOUNCES)
+
+    def first(options, seed):
+        return final(scene, size, options, seed, 1, VIEW_BOUNCES)
+
+    def orbit(options, seed):
+        return moving(scene, view, size, options, seed, VIEW_BOUNCES)
+
+    (_, noise, seconds, base), *_ = measured({"PATH": None}, first, reference, 2 * seeds)
+    print(f"| edited | {name} | PATH | {noise:.4f} | {1e3 * seconds:.1f} | 1 |", flush=True)
+    table("edited", name, EDITED, first, reference, seeds, base)
+    table("orbited", name, ORBITED, orbit, reference, seeds, base)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scenes", nargs="*", default=list(SCENES), metavar="SCENE", help=", ".join(SCENES))
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join([*SCENES, *LIGHTS]))
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--size", type=int, default=64)
     parser.add_argument("--reference", type=int, default=4096, help="samples of PATH")
     parser.add_argument("--ladder", action="store_true")
+    parser.add_argument("--view", action="store_true")
     args = parser.parse_args()
     print("| frames | scene | settings | relMSE | CPU ms | at equal time |\n|---|---|---|---|---|---|")
-    for name in args.scenes:
+    if args.view:
+        for name in args.scenes or [*SCENES, *LIGHTS]:
+            compare_in_view(name, args.size, args.reference, args.seeds)
+        return
+    for name in args.scenes or SCENES:
         scene = interior(name, args.size)
         reference = render(scene, args.reference, seed=99999, integrator="PATH", max_bounces=BOUNCES)
 
@@ -150,7 +187,7 @@ def main() -> None:
         table("final", name, FINAL, still, reference, args.seeds, base)
 
         def last(options, seed, scene=scene):
-            return moving(scene, args.size, options, seed)
+            return moving(scene, interiors.VIEW, args.size, options, seed)
 
         table("moving", name, MOVING, last, reference, args.seeds, base)
 

@@ -81,7 +81,7 @@ class LiveSession:
         self._closed = False
         self._passing: Session | None = None  # what a newer request ends at once
         self._pace = Pace(MOVING)
-        self._history: tuple[int, History] | None = None  # of the last picture in motion, and its step
+        self._last: tuple[int, Scene, History] | None = None  # of the last picture in motion: its step, scene, history
         self._trees = Trees(instanced=True)
         self._committed: tuple[SceneDescription, Scene] | None = None
         self._guide: tuple[Scene, Camera, np.ndarray] | None = None  # of the last coarse picture, see upscale.guide_of
@@ -187,14 +187,15 @@ class LiveSession:
         is always one.
         """
         camera = request.camera.coarser(step)
-        history = self._history[1] if moving and self._history and self._history[0] == step else None
-        session = self._session(request, scene, in_motion(request.settings, moving), camera, history)
+        settings = in_motion(request.settings, moving)
+        history = self._history(step, scene, settings) if moving else None
+        session = self._session(request, scene, settings, camera, history)
         began = time.perf_counter()
         finished = session.render(lambda: self._closed) if moving else self._render_unless_outdated(session)
         if not finished:
             return
         if moving:
-            self._history = session.history and (step, session.history)
+            self._last = session.history and (step, scene, session.history)
         pixels, self._guess = session.combined(), None
         size = max(round(step / GUIDED), 1)
         fine = request.camera.coarser(size) if size > 1 else request.camera
@@ -207,6 +208,15 @@ class LiveSession:
         self._pace.took(camera.film_size[0] * camera.film_size[1], time.perf_counter() - began)
         self._tell(request, session.status, camera)
         self._show(pixels, fine, request)
+
+    def _history(self, step: int, scene: Scene, settings: RenderSettings) -> History | None:
+        """What the next picture in motion may go on with.
+
+        After an edit there is none for paths of indirect light: what lies behind their vertices was lit before it.
+        """
+        if self._last is None or self._last[0] != step:
+            return None
+        return self._last[2] if self._last[1] is scene or settings.reuse.paths == "DIRECT" else None
 
     def _guide_of(self, scene: Scene, camera: Camera, threads: int) -> np.ndarray:
         """upscale.guide_of, which pictures of one request share."""
@@ -300,6 +310,11 @@ def _kinds_of_light(scene: Scene) -> tuple:
 
 
 def in_motion(settings: RenderSettings, temporal: bool = True) -> RenderSettings:
-    """The settings of a coarse picture: one sample, and what reuse there is, in time where it is `temporal`."""
+    """The settings of a coarse picture: one sample, and what reuse there is, in time where it is `temporal`.
+
+    Paths of indirect light are reused, unless what was asked for is another kind of reuse: docs/results/restir-pt.md.
+    """
     reuse = replace(settings.reuse, temporal=temporal, rounds=max(settings.reuse.rounds, 1))
+    if settings.sss_shift == "NONE" and reuse.paths == "DIRECT":
+        reuse = replace(reuse, paths="INDIRECT")
     return replace(settings, samples=1, use_denoising=False, reuse=reuse)

@@ -171,11 +171,14 @@ LIGHTS["many"] = _many_lights
 LIGHTS["all"] = lambda b: [LIGHTS[name](b) for name in ("area", "point", "sun", "mesh", "world")]
 
 
+VIEW = (0.4, -3.2, 1.9), (0.0, 0.0, 0.45)  # where the camera of a picture_scene is, and at what it looks
+
+
 def picture_scene(light: str, size: int = 64) -> Scene:
     """The room under one of the LIGHTS, committed."""
     b = room()
     LIGHTS[light](b)
-    return b.finish(look((0.4, -3.2, 1.9), (0.0, 0.0, 0.45), size))
+    return b.finish(look(*VIEW, size))
 
 
 def render(scene: Scene, samples: int, **settings) -> np.ndarray:

@@ -238,6 +238,7 @@ def main() -> None:
     options = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
     options.folder = options.folder.resolve()
     bpy.context.preferences.view.show_splash = False
+    options.folder.mkdir(parents=True, exist_ok=True)
     log = Log(options.folder / "soak.txt")
     run(steps(options, log), log)
 

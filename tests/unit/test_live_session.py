@@ -78,18 +78,25 @@ def test_what_moves_is_seen_coarsely_first_and_then_in_full(live):
     assert off(4) < 0.3 * off(0)
 
 
-@pytest.mark.parametrize("power, step", [(100.0, 0), (100.0, 1), (200.0, 0)], ids=["nothing", "camera", "lamp"])
-def test_pictures_in_motion_resample_the_one_before(live, power, step):
-    """Whatever is changed, the second coarse picture's samples stand for more than one frame of candidates."""
-    settings = RenderSettings(samples=1, max_bounces=0, threads=1, integrator="RESTIR")
+@pytest.mark.parametrize("shift", ["NONE", "AUTO"], ids=["indirect", "direct"])
+@pytest.mark.parametrize("edited, step", [(False, 0), (False, 1), (True, 0)], ids=["nothing", "camera", "lamp"])
+def test_pictures_in_motion_resample_the_one_before(live, edited, step, shift):
+    """The second coarse picture's samples stand for more than the candidates of a frame, a pixel's and its neighbors'.
+
+    Unless a lamp has changed, and what is kept of indirect light is what it was before.
+    """
+    settings = RenderSettings(samples=1, max_bounces=1, threads=1, integrator="RESTIR", sss_shift=shift)
     live._pace.choose = lambda pixels: live._pace.step  # what a pixel costs here is no matter
-    for scene, camera in ((scene_of(), view(0)), (scene_of(power), view(step))):
-        live.show(scene, settings, camera)
+    scene = scene_of()
+    for scene_now, camera in ((scene, view(0)), (scene_of(200.0) if edited else scene, view(step))):
+        live.show(scene_now, settings, camera)
         live.wait(300.0)
-    history = live._history[1]
+    history = live._last[2]
     moving = in_motion(settings)
+    assert moving.reuse.paths == ("INDIRECT" if shift == "NONE" else "DIRECT")
     assert history.serves((moving.reuse, moving.sss_shift, moving.sss_method))
-    assert history.before.frame.reservoirs["confidence"].max() > 1.0
+    most, fresh = history.before.frame.reservoirs["confidence"].max(), 1.0 + moving.reuse.neighbours
+    assert most <= fresh if edited and shift == "NONE" else most > fresh
 
 
 def test_another_scene_takes_the_place_of_the_first(live):
