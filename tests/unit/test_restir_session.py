@@ -1,6 +1,8 @@
 """A session of RESTIR: the same image on any number of threads, frames that are cancelled, the picture of V̄."""
 
+import gc
 import time
+import weakref
 
 import numpy as np
 import pytest
@@ -151,3 +153,32 @@ def test_a_tile_at_a_time_is_the_frame(scene, monkeypatch, tile):
 
     monkeypatch.setattr(RestirIntegrator, "__init__", keep_whole)
     np.testing.assert_array_equal(render(scene, 5, threads=2, **settings), own)
+
+
+# Memory ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"integrator": "PATH"},
+        {"integrator": "RESTIR", "reuse": ReuseSettings(pilot=False)},
+        {"integrator": "RESTIR", "reuse": ReuseSettings(temporal=True, rounds=1)},
+        {"integrator": "RESTIR", "reuse": ReuseSettings(paths="INDIRECT", temporal=True, rounds=1)},
+        {"integrator": "RESTIR", "sss_shift": "AUTO", "sss_method": "DIFFUSION"},
+    ],
+    ids=["path", "tiles", "direct", "indirect", "subsurface"],
+)
+def test_what_a_session_has_used_is_given_up_with_it(scene, settings):
+    """Nothing in it refers to itself: arrays of a kilobyte a pixel would wait for the garbage collector."""
+    gc.collect()
+    gc.disable()
+    try:
+        session = Session(scene, RenderSettings(samples=1, max_bounces=1, threads=1, **settings))
+        session.prepare()
+        assert session.render()
+        gone = weakref.ref(session._integrator)
+        del session
+        assert gone() is None
+    finally:
+        gc.enable()

@@ -55,30 +55,27 @@ class RestirIntegrator(Integrator):
         super().__init__(context.with_tiles(tiles), settings, film)
         self._later = self.context if options.later_tiles else context  # for all but the vertex that is resampled
         self.history = history
-        self.paths = PathSteps(self) if resamples_paths(options, context.scene) else None
+        self.paths = PathSteps(self.record) if resamples_paths(options, context.scene) else None
         self.reuse = Reuse(options, self.paths.technique if self.paths else direct_technique(options))
         below = resamples_subsurface(context.scene, settings) and not self.paths
         self.subsurface = SubsurfaceLayer(settings) if below else None
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
+        reservoir = self.paths.reservoir if self.paths else DIRECT_RESERVOIR
+        shape = {"reservoir": reservoir, "layers": len(self.reuse.records), "indirect": self.paths is not None}
+        self._frame_of = partial(Frame, channels=film.pixels.shape[2], **shape)
         whole = options.temporal or options.rounds or self.subsurface or self._shows_visibility or self.cache
         self.frame = self._new_frame() if whole else None
         if not whole:
             self.max_batch = MOST_FRAMES
-            self._tile_frames = TileFrames(self._frame, history.mean_visibilities(film.width, film.height))
+            self._tile_frames = TileFrames(self._frame_of, history.mean_visibilities(film.width, film.height))
 
     def _new_frame(self) -> Frame:
         size = self.film.width, self.film.height
-        frame = self._frame(*size, self.history.mean_visibilities(*size))
+        frame = self._frame_of(*size, mean_visibilities=self.history.mean_visibilities(*size))
         if self.subsurface:
             self.subsurface.accompany(frame)
         return frame
-
-    def _frame(self, width: int, height: int, mean_visibilities: np.ndarray) -> Frame:
-        channels, layers = self.film.pixels.shape[2], len(self.reuse.records)
-        if self.paths:
-            return Frame(width, height, channels, mean_visibilities, self.paths.reservoir, layers, indirect=True)
-        return Frame(width, height, channels, mean_visibilities, DIRECT_RESERVOIR, layers)
 
     def kernels(self) -> list:
         """The steps of a frame in their order, see `stages`."""
@@ -98,7 +95,8 @@ class RestirIntegrator(Integrator):
         frame = self.frame
         candidates, shade = partial(self._candidates, 0 if reuse else last, frame), partial(self._shade, frame)
         if self.paths:
-            candidates, shade = partial(self.paths.candidates, not reuse, frame), partial(self.paths.light, frame)
+            candidates = partial(self.paths.candidates, not reuse, self, frame)
+            shade = partial(self.paths.light, self, frame)
         below = self._subsurface_stages(first_sample) if self.subsurface else []
         steps = [self._fill(first_sample), Stage(partial(self._gbuffer, first_sample, frame)), Stage(candidates)]
         return [*steps, *reuse, *below, Stage(shade), Stage(partial(self._film, frame), finish=self._finish)]

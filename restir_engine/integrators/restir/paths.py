@@ -41,22 +41,20 @@ class PathSteps:
     kernels = paths_tile, light_tile
     reservoir = PATH_RESERVOIR
 
-    def __init__(self, integrator: RestirIntegrator) -> None:
+    def __init__(self, record: np.ndarray) -> None:
+        """record: the integrator's, INTEGRATOR (1,)."""
         self.technique, self._film = path_technique()
-        self._integrator = integrator
-        self._unclamped = integrator.record.copy()
+        self._unclamped = record.copy()
         self._unclamped["clamp_direct"] = self._unclamped["clamp_indirect"] = np.inf
 
-    def candidates(self, last: bool, frame: Frame, tile, scratch: np.ndarray) -> None:
-        """Follow the paths of a tile; last: whether no reuse follows."""
-        own = self._integrator
+    def candidates(self, last: bool, own: RestirIntegrator, frame: Frame, tile, scratch: np.ndarray) -> None:
+        """Follow the paths of a tile for an integrator; last: whether no reuse follows."""
         context = own.context
         args = (context.record, context.camera_record, own.record[0], own.film.record, frame.record)
         paths_tile(
             *args, address(own.reuse.records), int(self.technique[0]["taker"]), address(scratch), *tile, int(last)
         )
 
-    def light(self, frame: Frame, tile, scratch: np.ndarray) -> None:
+    def light(self, own: RestirIntegrator, frame: Frame, tile, scratch: np.ndarray) -> None:
         """Light the pixels of a tile by what is left of them."""
-        own = self._integrator
         light_tile(self._unclamped[0], own.film.record, frame.record, address(scratch), *tile)

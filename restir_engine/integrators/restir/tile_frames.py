@@ -17,7 +17,7 @@ from ..resampling.frame import Frame
 
 
 class TileFrames:
-    """Frames for the tiles of a film, made by `new(width, height, mean_visibilities)`.
+    """Frames for the tiles of a film, made by `new(width, height, mean_visibilities=...)`.
 
     mean_visibilities: what lights.mean_visibility keeps of each pixel of the film, float32 (height, width, 4).
     """
@@ -36,7 +36,7 @@ class TileFrames:
         except IndexError:
             frame = None
         if frame is None or frame.points.shape[0] < height or frame.points.shape[1] < width:
-            frame = self._new(width, height, np.zeros((height, width, 4), np.float32))
+            frame = self._new(width, height, mean_visibilities=np.zeros((height, width, 4), np.float32))
         frame.place(x0, y0)
         known = self._mean_visibilities[y0:y1, x0:x1]
         own = frame.mean_visibilities[:height, :width]
