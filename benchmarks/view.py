@@ -1,9 +1,10 @@
 """The 3D view beside Cycles', in Blender's window: time to the first new picture after a change, and error after it.
 
     blender --python-exit-code 1 --python benchmarks/view.py -- FOLDER [--engines PATH RESTIR CYCLES] [--reference 15]
+                                                                       [--triangles 1000000 --instances 5000]
 
 Needs an X screen (Xvfb will do) and the extension installed. The scene is Suzanne with skin under an HDRI and an
-area light, on a floor, and a ball of 100,000 triangles. After each change pictures are read off the screen, with
+area light, on a floor, and a ball of 100,000 triangles (or --triangles), with --instances cubes around them. After each change pictures are read off the screen, with
 overlays off, in the colours that are displayed. *first*: seconds from the change to the first picture in
 which more than 0.3 % of the blocks of 16 × 16 pixels have changed by more than 0.02. Errors are relative mean squares,
 mean of (x - r)² / (r² + 0.01) without the worst 0.1 % of the pixels, so many seconds after the change, against what the
@@ -111,7 +112,18 @@ def error(picture: np.ndarray, reference: np.ndarray) -> float:
     return float(each[: each.size - each.size // 1000].mean())
 
 
-def stage() -> None:
+def scatter(count: int) -> None:
+    """So many instances of a cube, at the vertices of a mesh."""
+    places = np.random.default_rng(1).uniform((-7.0, -7.0, -1.0), (7.0, 7.0, -0.9), (count, 3))
+    data = bpy.data.meshes.new("Places")
+    data.from_pydata(places.tolist(), [], [])
+    field = bpy.data.objects.new("Places", data)
+    bpy.context.collection.objects.link(field)
+    bpy.ops.mesh.primitive_cube_add(size=0.06)
+    bpy.context.object.parent, field.instance_type = field, "VERTS"
+
+
+def stage(triangles: int = 100_000, instances: int = 0) -> None:
     """The scene."""
     scene = bpy.context.window_manager.windows[0].scene
     for item in [item for item in scene.objects if item.type != "CAMERA"]:
@@ -128,8 +140,11 @@ def stage() -> None:
     for name, value in values.items():
         node.inputs[name].default_value = value
     monkey.data.materials.append(skin)
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=320, ring_count=157, radius=0.6, location=(1.8, 0.8, -0.4))
+    rings = round((triangles / 4.0) ** 0.5)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=2 * rings, ring_count=rings, radius=0.6, location=(1.8, 0.8, -0.4))
     bpy.context.object.name = "Ball"
+    if instances:
+        scatter(instances)
     bpy.ops.object.light_add(type="AREA", location=(2.0, -2.0, 3.0), rotation=(0.7, 0.3, 0.0))
     bpy.context.object.name, bpy.context.object.data.energy = "Lamp", 30.0
     tree = scene.world.node_tree
@@ -213,7 +228,7 @@ def steps(options: argparse.Namespace, log: Log):
 
     addon_utils.enable(NAME, default_set=True)
     yield 1.0
-    stage()
+    stage(options.triangles, options.instances)
     scene = bpy.context.window_manager.windows[0].scene
     view = areas("VIEW_3D")[0]
     space = view.spaces[0]
@@ -250,6 +265,8 @@ def main() -> None:
     parser.add_argument("--engines", nargs="+", default=["PATH", "RESTIR", "CYCLES"])
     parser.add_argument("--reference", type=float, default=15.0, help="seconds after a change")
     parser.add_argument("--warm", type=float, default=60.0, help="seconds for kernels to load or compile")
+    parser.add_argument("--triangles", type=int, default=100_000, help="of the ball, about")
+    parser.add_argument("--instances", type=int, default=0)
     options = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
     options.folder.mkdir(parents=True, exist_ok=True)
     bpy.context.preferences.view.show_splash = False
