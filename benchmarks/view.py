@@ -3,13 +3,14 @@
     blender --python-exit-code 1 --python benchmarks/view.py -- FOLDER [--engines PATH RESTIR CYCLES] [--reference 15]
                                                                        [--triangles 1000000 --instances 5000]
 
-Needs an X screen (Xvfb will do) and the extension installed. The scene is Suzanne with skin under an HDRI and an
-area light, on a floor, and a ball of 100,000 triangles (or --triangles), with --instances cubes around them. After each change pictures are read off the screen, with
-overlays off, in the colours that are displayed. *first*: seconds from the change to the first picture in
-which more than 0.3 % of the blocks of 16 × 16 pixels have changed by more than 0.02. Errors are relative mean squares,
-mean of (x - r)² / (r² + 0.01) without the worst 0.1 % of the pixels, so many seconds after the change, against what the
-same engine shows --reference seconds after it. *orbit*: pictures a second while the view turns by 16 steps of 0.05 s,
-and the error right after the last one. Each change ends where it began, so that all engines see the same scenes.
+Needs an X screen (Xvfb will do) and the extension installed. The scene is Suzanne with skin under an HDRI and an area
+light, on a floor, and a ball of 100,000 triangles (or --triangles), with --instances cubes around them. After each
+change pictures are read off the screen, with overlays off, in the colours that are displayed. *first*: seconds from the
+change to the first picture in which more than 0.3 % of the blocks of 16 × 16 pixels have changed by more than 0.02.
+Errors are relative mean squares, mean of (x - r)² / (r² + 0.01) without the worst 0.1 % of the pixels, so many seconds
+after the change, against what the same engine shows --reference seconds after it. *orbit*: pictures a second while the
+view turns by 16 steps of 0.05 s, and the error right after the last one. Each change ends where it began, so that all
+engines see the same scenes.
 """
 
 import argparse
