@@ -242,8 +242,8 @@ def steps(options: argparse.Namespace, log: Log):
     with bpy.context.temp_override(**override()):
         bpy.ops.screen.animation_cancel()
     yield from memory_without_views(found)
-    told = ", ".join(f"{each:.0f} MB" for each in found)
-    log(f"{done} edits in {options.seconds:g} s; without views after {SETTLED:g} s and at the end: {told}")
+    both = ", ".join(f"{each:.0f} MB" for each in found)
+    log(f"{done} edits in {options.seconds:g} s; without views after {SETTLED:g} s and at the end: {both}")
     assert found[-1] - found[0] < MOST_GROWTH, "memory has grown"
 
 
