@@ -1,4 +1,4 @@
-"""A record that its owner fills once and that kernels reach by its address."""
+"""A record that its owner fills in and that kernels reach by its address."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import numpy as np
 from ..kernels.core.memory import address
 
 
-class Table:
-    """The owner of `_table`, an array of one record."""
+class RecordOwner:
+    """The owner of `_record`, an array of one record, which lives as long as this."""
 
-    _table: np.ndarray
+    _record: np.ndarray
 
     @property
     def record(self) -> np.void:
-        """The record."""
-        return self._table[0]
+        """The record: a reference, not a copy."""
+        return self._record[0]
 
     @property
     def address(self) -> int:
-        """That of the record; valid as long as this lives."""
-        return address(self._table)
+        """That of the record."""
+        return address(self._record)
