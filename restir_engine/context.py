@@ -10,13 +10,14 @@ from .kernels.core import records as rec
 from .kernels.core.memory import address
 from .kernels.lights.tiles import fill_tiles
 from .scene.light_tiles import LightTiles
+from .scene.record_owner import RecordOwner
 
 if TYPE_CHECKING:
     from .scene.camera import Camera
     from .scene.scene import Scene
 
 
-class FrameContext:
+class FrameContext(RecordOwner):
     """A committed scene as a frame sees it.
 
     camera: who looks, where that is not the scene's own camera. tiles: what light samples are resampled from, to be
@@ -38,11 +39,6 @@ class FrameContext:
         self._record[0]["camera_in_media"] = self._may_start_in_media()
         for array in (self._camera, self._lights, self._record):
             array.flags.writeable = False
-
-    @property
-    def record(self) -> np.void:
-        """The SCENE record for kernels; valid as long as this lives."""
-        return self._record[0]
 
     @property
     def camera_record(self) -> np.void:

@@ -10,12 +10,13 @@ import numpy as np
 from .kernels.core import records as rec
 from .kernels.core.memory import address
 from .scene.cryptomatte import KINDS
+from .scene.record_owner import RecordOwner
 from .settings import SAMPLE_COUNT, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it
 
 
-class Film:
+class Film(RecordOwner):
     """Pixels of `width` × `height` for a list of passes; every pixel holds sums over its samples.
 
     samples: how many have been taken of the pixels that have most. After `count_pixels`, `counts` (height, width) has
@@ -55,11 +56,6 @@ class Film:
         record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
         record["crypto_slots"] = 2 * max(map(len, self._slots.values()))
         record["data_passes"] = any((item.field or item.aov) and not item.light for item in self.passes)
-
-    @property
-    def record(self) -> np.void:
-        """The FILM record for kernels."""
-        return self._record[0]
 
     def count_pixels(self) -> None:
         """Count the samples of each pixel from now on; all are active."""

@@ -87,6 +87,18 @@ def relative_difference(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.nd
     return difference / scale, error / scale, freedom
 
 
+def controlled_mean(values: np.ndarray, controls: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """The mean of values (n,) beside controls (n, k) of the mean 0: (mean, its standard error, k coefficients).
+
+    Control variates: what a regression on the controls explains of the values is no noise of their mean.
+    """
+    n, k = controls.shape
+    design = np.column_stack([np.ones(n), controls])
+    coefficients = np.linalg.lstsq(design, values, rcond=None)[0]
+    variance = np.square(values - design @ coefficients).sum() / (n - 1 - k)
+    return coefficients[0], np.sqrt(variance * np.linalg.inv(design.T @ design)[0, 0]), coefficients[1:]
+
+
 def normal_scores(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Absolute differences of two means in standard errors, as if these were known well.
 

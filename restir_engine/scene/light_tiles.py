@@ -8,6 +8,7 @@ from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.tile_weights import FIELDS, LANES
 from ..kernels.lights.tiles import sample_tiles
+from .record_owner import RecordOwner
 
 SIZE, CANDIDATES = 1024, 64
 _FEWEST, _MOST, _WIDTH = 4, 64, 18
@@ -22,7 +23,7 @@ def tile_count(pixels: int) -> int:
     return min(max(round(pixels**0.5 / _WIDTH), _FEWEST), _MOST)
 
 
-class LightTiles:
+class LightTiles(RecordOwner):
     """Light tiles of a frame of a committed scene; `FrameContext` makes its light samples resampled ones by them.
 
     `entries` are TILE_ENTRY (tiles, size), `emission` float32 (tiles, groups, FIELDS, LANES) of the same points. The
@@ -48,8 +49,3 @@ class LightTiles:
         record["candidates"] = min(candidates, size)
         record["lamp_cdf"] = address(self._lamps)
         record["code"] = sample_tiles.address
-
-    @property
-    def address(self) -> int:
-        """That of the LIGHT_TILES record; valid as long as this lives."""
-        return address(self._record)

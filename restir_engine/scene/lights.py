@@ -18,7 +18,7 @@ from .freeze import freeze
 from .lamp_tree import sphere_tree
 from .lamps import LUMINANCE
 from .mesh import Mesh
-from .table import Table
+from .record_owner import RecordOwner
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -94,7 +94,7 @@ class _Group:
             record[name] = address(getattr(self, name))
 
 
-class LightTable(Table):
+class LightTable(RecordOwner):
     """What light selection needs of a scene that is being committed: its instances, programs and world are in place.
 
     lamps: LIGHT records in any order, here in that of kernels. known: `groups` of another table, whose programs found
@@ -104,7 +104,7 @@ class LightTable(Table):
 
     def __init__(self, scene: Scene, lamps: np.ndarray, known: Mapping[Hashable, _Group] | None = None) -> None:
         self._known, self.groups = known or {}, {}
-        self._table = np.zeros(1, rec.LIGHT_TABLE)
+        self._record = np.zeros(1, rec.LIGHT_TABLE)
         self._kept: list = []  # what addresses point to
         self.lamps, bounds = _in_order(lamps)
         self.first_emitters = np.full(len(scene.instances), -1)
@@ -116,7 +116,7 @@ class LightTable(Table):
             roots = np.sqrt(shares)
             shares = (1.0 - _FLAT) * shares / shares.sum() + _FLAT * roots / roots.sum()
         for name, share in zip(("lamps", "triangles", "world"), shares, strict=True):
-            self._table[0][name] = share
+            self._record[0][name] = share
         del self._known
         kinds = set(self.lamps["kind"].tolist())
         # Light that is not sampled is found by rays, and reservoirs keep it.
@@ -128,14 +128,14 @@ class LightTable(Table):
         freeze(*(value for owner in owners for value in vars(owner).values()))
 
     def _share(self, field: str, array: np.ndarray) -> None:
-        self._table[0][field] = address(array)
+        self._record[0][field] = address(array)
         self._kept.append(array)
 
     # Lamps ------------------------------------------------------------------------------------------------
 
     def _commit_lamps(self, scene: Scene, bounds: list[int]) -> float:
         """What is chosen among lamps by; returns about the irradiance that they send to the scene."""
-        lamps, table = self.lamps, self._table[0]
+        lamps, table = self.lamps, self._record[0]
         n, n_local = len(lamps), int((lamps["kind"] != rec.LIGHT_SUN).sum())
         table["n_local"] = n_local
         self._weigh_programs(scene, lamps)
@@ -158,7 +158,7 @@ class LightTable(Table):
 
     def _commit_clusters(self, lamps: np.ndarray, bounds: list[int]) -> None:
         """Bounding spheres and importance of the lamps between successive bounds."""
-        table = self._table[0]
+        table = self._record[0]
         spans = [(first, last) for first, last in pairwise(bounds) if last > first]
         clusters = np.zeros((len(spans), 7))
         for cluster, (first, last) in zip(clusters, spans, strict=True):
@@ -223,7 +223,7 @@ class LightTable(Table):
             return 0.0
         emitters = emitters[:used].copy()
         members = emitters["group"]
-        table = self._table[0]
+        table = self._record[0]
         records = np.zeros(len(built), rec.EMITTER_GROUP)
         for record, group in zip(records, built, strict=True):
             group.fill(record)

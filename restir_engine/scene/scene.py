@@ -21,6 +21,7 @@ from .lights import LightTable
 from .majorants import commit_majorants
 from .mesh import Mesh
 from .motion import embree_parts, swept
+from .record_owner import RecordOwner
 from .shape import Shape, attribute_table
 from .vectors import VectorTable
 from .world import WorldTable
@@ -30,11 +31,12 @@ if TYPE_CHECKING:
     from .trees import Trees
 
 
-class Scene:
+class Scene(RecordOwner):
     """A committed scene: owner of all arrays that kernels reach. It never changes, and its arrays are read-only.
 
-    What belongs to a frame (who looks, light tiles) is in a `FrameContext`. `camera` is the scene's own, as which light
-    tables see emission that depends on the camera. `warnings` goes on: what a render finds wrong is added to it.
+    Its SCENE record is of no frame in particular: what belongs to one (who looks, light tiles) is in a `FrameContext`.
+    `camera` is the scene's own, as which light tables see emission that depends on the camera. `warnings` goes on: what
+    a render finds wrong is added to it.
     """
 
     def __init__(self, description: SceneDescription, trees: Trees, before: Scene | None = None) -> None:
@@ -46,7 +48,7 @@ class Scene:
         self.attribute_names = MappingProxyType(dict(description.attribute_names))
         self.warnings = description.warnings
         self.manifests = description.manifests
-        self._table = np.zeros(1, rec.SCENE)
+        self._record = np.zeros(1, rec.SCENE)
         # What addresses point to.
         self._kept: list = [*description.instance_attributes, *description.images.arrays]
         freeze(description.instance_attributes, description.images.arrays)
@@ -59,14 +61,14 @@ class Scene:
         self._note_media(description.world.material)
         if description.vectors is not None:
             table = VectorTable(self, description.vectors)
-            self._table[0]["vectors"] = table.address
+            self._record[0]["vectors"] = table.address
             self._kept.append(table)
         self.image_arrays = tuple(description.images.arrays)
         self.media_bounds = self._find_media()
         self.world = self._commit_world(description, before)
         self._kept += commit_majorants(self)
         self.lights = self._commit_lights(description.lights.lamps, before)
-        freeze(self._table, self.instances, self.material_slots)
+        freeze(self._record, self.instances, self.material_slots)
         self._committed = True
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -74,20 +76,15 @@ class Scene:
             raise AttributeError(f"a committed scene does not change: {name}")
         super().__setattr__(name, value)
 
-    @property
-    def record(self) -> np.void:
-        """The SCENE record for kernels, of no frame in particular; valid as long as this scene lives."""
-        return self._table[0]
-
     def _share(self, field: str, array: np.ndarray) -> None:
         freeze(array)
-        self._table[0][field] = address(array)
+        self._record[0][field] = address(array)
         self._kept.append(array)
 
     def _commit_shutter(self, description: SceneDescription) -> None:
         """How long what is seen takes, and what moves meanwhile; self.steps: matrices (steps, 12) by instance."""
         self.steps = {}
-        self._table[0]["time"] = 0.5
+        self._record[0]["time"] = 0.5
         if description.shutter is None:
             return
         shutter, table = description.shutter.record()
@@ -103,7 +100,7 @@ class Scene:
             self.steps |= zip(instances[moves].tolist(), matrices[moves], strict=True)
 
     def _commit_geometry(self, trees: Trees) -> None:
-        record, instances = self._table[0], self.instances
+        record, instances = self._record[0], self.instances
         masks = self._instance_masks()
         users = np.bincount(instances["mesh"][masks != 0], minlength=len(self.meshes))
         scatters = np.zeros(len(self.meshes), bool)
@@ -168,7 +165,7 @@ class Scene:
         has = in_world or self.have_flag(rec.MATERIAL_MEDIUM).any()
         vary = any(flag & rec.MATERIAL_MEDIUM_VARIES for flag in flags)
         vary = vary or self.have_flag(rec.MATERIAL_MEDIUM_VARIES).any()
-        self._table[0]["flags"] |= (
+        self._record[0]["flags"] |= (
             (rec.SCENE_HAS_MEDIA if has else 0)
             | (rec.SCENE_HAS_VARYING_MEDIA if vary else 0)
             | (rec.SCENE_WORLD_MEDIUM if in_world else 0)
@@ -218,7 +215,7 @@ class Scene:
         return counts[start + self.instances["n_materials"]] > counts[start]
 
     def _commit_shading(self, images: np.ndarray) -> None:
-        record = self._table[0]
+        record = self._record[0]
         for field in ("materials", "code", "constants", "tables"):
             self._share(field, getattr(self.shaders, field))
         record["n_materials"] = len(self.shaders.materials)
@@ -238,14 +235,14 @@ class Scene:
         )
 
     def _commit_world(self, description: SceneDescription, before: Scene | None) -> WorldTable:
-        record, world = self._table[0], description.world
+        record, world = self._record[0], description.world
         record["world_material"], record["world_seen_by"] = world.material, world.seen_by
         table = before.world if before and before.world.serves(self, world, before) else WorldTable(self, world)
         record["world_table"] = table.address
         return table
 
     def _commit_lights(self, lamps: np.ndarray, before: Scene | None) -> LightTable:
-        record = self._table[0]
+        record = self._record[0]
         known = before.lights.groups if before and self.looks_up_as(before) else {}
         table = LightTable(self, lamps, known)
         self.instances["lights"] = table.first_emitters

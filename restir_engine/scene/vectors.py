@@ -14,7 +14,7 @@ from ..kernels.film.vectors import write_vector
 from .camera import Camera
 from .freeze import freeze
 from .instances import InstanceSteps
-from .table import Table
+from .record_owner import RecordOwner
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -31,7 +31,7 @@ class Vectors:
     shapes: dict[int, np.ndarray] = field(default_factory=dict)
 
 
-class VectorTable(Table):
+class VectorTable(RecordOwner):
     """Owner of the VECTORS record of a scene that is being committed."""
 
     def __init__(self, scene: Scene, vectors: Vectors) -> None:
@@ -50,7 +50,7 @@ class VectorTable(Table):
         cameras = np.array([camera.record() for camera in vectors.cameras], rec.CAMERA)
         self._kept = (rows, np.concatenate(matrices), shapes, cameras, places, vectors)
         freeze(*self._kept[:4])
-        self._table = np.zeros(1, rec.VECTORS)
-        self._table[0]["code"] = write_vector.address
+        self._record = np.zeros(1, rec.VECTORS)
+        self._record[0]["code"] = write_vector.address
         for name, array in zip(("rows", "matrices", "shapes", "cameras"), self._kept, strict=False):
-            self._table[0][name] = address(array)
+            self._record[0][name] = address(array)

@@ -13,7 +13,7 @@ import numpy as np
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.world import bake_world, measure_world
-from .table import Table
+from .record_owner import RecordOwner
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -43,7 +43,7 @@ class World:
     sun_angle: float = 0.0
 
 
-class WorldTable(Table):
+class WorldTable(RecordOwner):
     """The importance map of a world in a scene that is being committed, whose programs are in place.
 
     mean: luminance over the sphere, 0 where it is not sampled.
@@ -53,15 +53,15 @@ class WorldTable(Table):
         self.material, self.mean = world.material, 0.0
         self._world = replace(world)
         self._sun_angle = world.sun_angle
-        self._table = np.zeros(1, rec.WORLD_TABLE)
+        self._record = np.zeros(1, rec.WORLD_TABLE)
         self._marginal = np.zeros(0, np.float32)
         self._conditional = np.zeros(0, np.float32)
         self._guide = np.zeros(0, np.uint16)
-        self._table[0]["max_bounces"] = world.max_bounces
-        self._table[0]["no_shadow"] = not world.casts_shadow
+        self._record[0]["max_bounces"] = world.max_bounces
+        self._record[0]["no_shadow"] = not world.casts_shadow
         if world.material >= 0 and world.map_width > 0:
             self._bake(scene, world.map_width)
-        self._table.flags.writeable = False
+        self._record.flags.writeable = False
 
     def serves(self, scene: Scene, world: World, before: Scene) -> bool:
         """Whether this table of the scene `before` is what `world` would get in another one that is being committed.
@@ -92,7 +92,7 @@ class WorldTable(Table):
             list(pool.map(bake, rows[:-1], rows[1:]))
         bands = np.diff(-np.cos(np.pi * np.arange(height + 1) / height))
         self.mean = float((values.mean(axis=1, dtype=np.float64) * bands).sum() / 2.0)
-        table = self._table[0]
+        table = self._record[0]
         if self.mean <= 0.0:
             return
         sun = self._find_sun(scene, values) if self._sun_angle > 0.0 else None
@@ -110,7 +110,7 @@ class WorldTable(Table):
         table["map"] = 1.0 - table["sun"]
 
     def _put_map(self, values: np.ndarray, bands: np.ndarray) -> None:
-        table = self._table[0]
+        table = self._record[0]
         self._conditional, self._marginal = importance_map(values, bands)
         self._guide = guide(self._conditional)
         table["height"], table["width"] = values.shape

@@ -1,9 +1,9 @@
-"""The sequential test: its false alarms and misses stay below what it states, and it stops early."""
+"""The sequential test: its false alarms and misses stay below what it states, and it stops early. Errors of means."""
 
 import numpy as np
 import pytest
 
-from testing.statistics import Sequential, Verdict, normal_scores, relative_difference
+from testing.statistics import Sequential, Verdict, controlled_mean, normal_scores, relative_difference
 
 GROUP, LOOKS, TRIALS = 8, 4, 1200
 SPREAD = 0.01 * np.sqrt(GROUP)  # of one value: the error of a group's mean is the bound
@@ -80,3 +80,17 @@ def test_scores_of_few_values_are_normal():
     z = normal_scores(random.normal(1.0, 0.1, (4, 20_000)), random.normal(1.0, 0.2, (6, 20_000)))
     assert z.mean() == pytest.approx(np.sqrt(2 / np.pi), abs=0.02)
     assert (z > 2.0).mean() == pytest.approx(0.0455, abs=0.006) and (z > 3.0).mean() < 0.005
+
+
+def test_controls_take_their_noise_out_of_a_mean_and_the_error_says_so():
+    random = np.random.default_rng(5)
+    found = []
+    for _ in range(400):
+        controls = random.normal(0.0, 1.0, (40, 2))
+        values = 3.0 + controls @ [2.0, -0.5] + random.normal(0.0, 0.1, 40)
+        mean, error, coefficients = controlled_mean(values, controls)
+        assert np.abs(coefficients - [2.0, -0.5]).max() < 0.1
+        found.append([mean, error])
+    means, errors = np.transpose(found)
+    assert abs(means.mean() - 3.0) < 4.0 * 0.1 / np.sqrt(40 * 400)
+    assert abs(errors.mean() / means.std() - 1.0) < 4.0 / np.sqrt(2 * 400)

@@ -33,7 +33,7 @@ def world_scene(width=64, **world) -> Scene:
 def paint(scene: Scene, values: np.ndarray) -> None:
     """Put another map in the place of the baked one (the program emits the same in all directions)."""
     bands = np.diff(-np.cos(np.pi * np.arange(len(values) + 1) / len(values)))
-    scene.world._table.flags.writeable = True
+    scene.world._record.flags.writeable = True
     scene.world._put_map(values.astype(np.float32), bands)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...kernels.core.memory import address, record_at
 from ...kernels.core.records import CAMERA, CLOSURE, PATH, SHADING_POINT
+from ...scene.record_owner import RecordOwner
 
 HIT = np.dtype(  # of a ray, as kernels.geometry.intersect tells it
     [("instance", np.int32), ("primitive", np.int32), ("t", np.float32), ("u", np.float32), ("v", np.float32)]
@@ -43,7 +44,7 @@ hit_at = record_at(HIT)
 frame_at = record_at(FRAME)
 
 
-class Frame:
+class Frame(RecordOwner):
     """Owner of what FRAME points to; a sequence has one `mean_visibilities`, float32 (height, width, 4).
 
     reservoir: dtype of the technique's reservoirs, of which there are so many layers; indirect: whether its samples may
@@ -104,16 +105,6 @@ class Frame:
     def _origin(self, array: np.ndarray, axis: int = 1) -> int:
         """The address at which the item of the film's first pixel would be; axis: that of the columns."""
         return address(array) - array.strides[axis] * (self._y * self.points.shape[1] + self._x)
-
-    @property
-    def record(self) -> np.void:
-        """The FRAME record."""
-        return self._record[0]
-
-    @property
-    def address(self) -> int:
-        """That of the FRAME record."""
-        return address(self._record)
 
     @property
     def reservoirs(self) -> np.ndarray:

@@ -15,6 +15,7 @@ from .resample import (
     MAX_CANDIDATES,
     TABLE_BYTES,
     choose,
+    contribution_weight_of,
     put_candidate,
     put_from,
     selected_weight,
@@ -151,11 +152,23 @@ def put_shifted(scratch, i, reservoir, confidence):
         put_from(table, i, i, r.target / jacobian)
 
 
+@inlined
+def counts(scratch, i):
+    """Whether candidate i brings a sample that is worth something here: what it is worth elsewhere matters then."""
+    return contribution_weight_of(scratch + WORK_TABLE, i) > 0.0
+
+
 @device
 def put_from_domain(reuse, scratch, i, j):
     """p̂_{←j}(y_i): the sample of candidate i, shifted back to the domain of candidate j ≠ 0, i."""
     back = scratch + WORK_BACK
     shift(reuse, domain_of(scratch, 0), domain_of(scratch, j), shifted_of(scratch, i), back)
+    put_from_shifted(scratch, i, j, back)
+
+
+@inlined
+def put_from_shifted(scratch, i, j, back):
+    """The same where the sample is shifted already: SHIFTED at the address `back`."""
     put_from(scratch + WORK_TABLE, i, j, target_from(back))
 
 

@@ -25,6 +25,7 @@ from ...kernels.core.records import (
 from ...kernels.core.vec import add, load3_f64, normalize, scale, transform_normal, transform_point, vec
 from ...kernels.geometry.camera import camera_pixel
 from ...kernels.geometry.placed import corners, placed_at
+from ...scene.record_owner import RecordOwner
 
 if TYPE_CHECKING:
     from ...scene.scene import Scene
@@ -42,7 +43,7 @@ MOTION = np.dtype(
 motion_at = record_at(MOTION)
 
 
-class Motion:
+class Motion(RecordOwner):
     """Owner of the tables of MOTION between two committed scenes, the same one or two frames of an animation."""
 
     def __init__(self, now: Scene, before: Scene) -> None:
@@ -54,11 +55,6 @@ class Motion:
         there[~_same_topology(now, before, there)] = -1
         self._share("instance", there, len(before.instances))
         self._share("lamp", _same_lamps(now.lights.lamps, before.lights.lamps), len(before.lights.lamps))
-
-    @property
-    def record(self) -> np.void:
-        """The MOTION record."""
-        return self._record[0]
 
     def _share(self, name: str, there: np.ndarray, count: int) -> None:
         back = np.full(count, -1, np.int32)

@@ -12,11 +12,12 @@ from ...kernels.core.records import INTEGRATOR, SCENE, tile_scene
 from ...kernels.core.vec import vec
 from .frame import FRAME
 from .inputs import (
-    WORK_TABLE,
+    counts,
     domain_of,
     point_at,
     put_canonical,
     put_from_domain,
+    put_from_shifted,
     put_shifted,
     resample,
     reservoirs_of,
@@ -26,9 +27,9 @@ from .mis import BALANCE
 from .neighbours import disk_neighbour, similar
 from .options import PAIRS, REUSE
 from .pairing import block_of, pair_mask
-from .resample import MAX_CANDIDATES, contribution_weight_of, needs_from, put_from
+from .resample import MAX_CANDIDATES, needs_from
 from .reservoir import RESERVOIR_BYTES, clear, reservoir_at
-from .technique import NOW, SHIFTED_BYTES, copy_shifted, domain_at, set_domain, shift, target_from
+from .technique import NOW, SHIFTED_BYTES, copy_shifted, domain_at, set_domain, shift
 
 STREAM = 2  # of random numbers; with the round it makes the key
 DIM_CHOICE = 1
@@ -114,7 +115,7 @@ def _put_neighbours(frame, reuse, scratch, start, x, y, key, count):
             put_shifted(scratch, n, at, float(reservoir_at(at, 0).confidence))
             n += 1
     # PAIRWISE and DEFENSIVE: what the pixel's own sample is worth to its neighbours.
-    if needs_from(reuse.mis, 0, 1) and contribution_weight_of(scratch + WORK_TABLE, 0) > 0.0:
+    if needs_from(reuse.mis, 0, 1) and counts(scratch, 0):
         for j in range(1, n):
             put_from_domain(reuse, scratch, 0, j)
     return n
@@ -154,8 +155,8 @@ def _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0
         put_shifted(scratch, n, at, float(reservoir_at(at, 0).confidence))
         if x0 <= px < x1 and y0 <= py < y1:
             theirs = _pairs_of(pairs, count, px, py, x0, y0, x1) + SHIFTED_BYTES * index
-            put_from(scratch + WORK_TABLE, 0, n, target_from(theirs))
-        elif contribution_weight_of(scratch + WORK_TABLE, 0) > 0.0:  # the pair's other half is another tile's
+            put_from_shifted(scratch, 0, n, theirs)
+        elif counts(scratch, 0):  # the pair's other half is another tile's
             put_from_domain(reuse, scratch, 0, n)
         n += 1
     return n
@@ -165,7 +166,7 @@ def _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0
 def _put_targets(reuse, scratch, n):
     """What the sample of each neighbour is worth to the others."""
     for i in range(1, n):
-        if contribution_weight_of(scratch + WORK_TABLE, i) > 0.0:
+        if counts(scratch, i):
             for j in range(1, n):
                 if i != j:
                     put_from_domain(reuse, scratch, i, j)

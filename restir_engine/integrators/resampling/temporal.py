@@ -14,7 +14,7 @@ from ...kernels.path.shutter import set_time
 from ...kernels.path.state import FAR
 from .frame import FRAME
 from .inputs import (
-    WORK_TABLE,
+    counts,
     domain_of,
     point_at,
     prefetch_domain,
@@ -29,7 +29,7 @@ from .mis import BALANCE, CONTRIBUTION
 from .motion import MOTION, pixel_before, place_before
 from .neighbours import similar
 from .options import OF_NOW, REUSE
-from .resample import contribution_weight_of, needs_from
+from .resample import needs_from
 from .reservoir import RESERVOIR_BYTES, clear, reservoir_at
 from .technique import BEFORE, NOW, domain_at, set_domain, shift
 
@@ -79,7 +79,7 @@ def temporal_tile(
                 shift(reuse, domain_of(scratch, 1), domain_of(scratch, 0), at, shifted_of(scratch, 1))
                 put_shifted(scratch, 1, at, min(float(reservoir_at(at, 0).confidence), reuse.confidence_cap))
                 n = 2
-                if needs_from(kind, 0, 1) and contribution_weight_of(scratch + WORK_TABLE, 0) > 0.0:
+                if needs_from(kind, 0, 1) and counts(scratch, 0):
                     if reuse.history_target == OF_NOW:
                         set_domain(then, scene, integrator, before, links, reuse, scratch, NOW)
                     put_from_domain(reuse, scratch, 0, 1)

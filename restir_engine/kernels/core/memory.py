@@ -7,6 +7,7 @@ gives the address of a NumPy array; an address of 0 means that there is no array
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core.cgutils import memset as _memset
 from numba.extending import intrinsic
 
 from .jit import inlined
@@ -161,6 +162,18 @@ def record_address(typingctx, record):
         return builder.ptrtoint(args[0], ir.IntType(64))
 
     return types.int64(record), codegen
+
+
+@intrinsic
+def clear_record(typingctx, record):
+    """Set all fields of a record to 0, by a reference to it."""
+
+    def codegen(context, builder, signature, args):
+        pointer = builder.bitcast(args[0], ir.IntType(8).as_pointer())
+        _memset(builder, pointer, ir.Constant(ir.IntType(64), record.size), 0)
+        return context.get_dummy_value()
+
+    return types.void(record), codegen
 
 
 def _caller(result):

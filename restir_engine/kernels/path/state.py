@@ -4,7 +4,7 @@ import math
 
 from ..core import rng
 from ..core.jit import device, inlined
-from ..core.memory import load_f32
+from ..core.memory import clear_record, load_f32
 from ..core.records import (
     FILTER_TABLE_SIZE,
     RAY_ALL,
@@ -61,32 +61,17 @@ def filter_offset(table, u):
 def start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
     """Reset the PATH record to a camera ray through pixel (x, y); scene and camera, the tile's own, go to its time."""
     path = path_at(scratch + SCRATCH_PATH, 0)
+    clear_record(path)
     path.pixel = pixel
     path.key = key
-    path.taker = 0
-    path.mean_visibility = 0
     path.sample = sample
     path.flags = RAY_CAMERA
-    path.bounce = 0
-    path.diffuse_bounce = 0
-    path.glossy_bounce = 0
-    path.transmission_bounce = 0
-    path.transparent_bounce = 0
-    path.volume_bounce = 0
-    path.boundaries = 0
     path.dimension = DIM_FIRST_VERTEX
     path.background_visible = 1
     path.receiver_set = SEES_ALL
-    path.data_done = 0
     path.denoise = 1
-    path.last = 0
     put(path.throughput, (1.0, 1.0, 1.0))
     put(path.feature_throughput, (1.0, 1.0, 1.0))
-    put(path.diffuse_share, (0.0, 0.0, 0.0))
-    put(path.glossy_share, (0.0, 0.0, 0.0))
-    path.first_in_medium = 0
-    path.scattering = 0
-    path.mis_pdf = 0.0
     path.min_pdf = FAR
     path.time = 0.5
     if scene.shutter != 0:
@@ -101,7 +86,6 @@ def start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
     o, d, dp, dd = camera_ray(camera, fx, fy, lens_u, lens_v)
     put(path.o, o)
     put(path.d, d)
-    path.tmin = 0.0
     path.dp = dp
     path.dd = dd
     return not is_black(d)

@@ -1,7 +1,7 @@
 """The program of a medium at many points at once: what bounds of its extinction are made from."""
 
 from ..core.jit import device, kernel
-from ..core.memory import load_f32, load_f64, store_f32, store_i32
+from ..core.memory import clear_record, load_f32, load_f64, store_f32, store_i32
 from ..core.records import (
     PHASE,
     SCENE,
@@ -60,26 +60,13 @@ def describe_medium(scene: SCENE, scratch, instance, material, point, value, maj
 @device
 def _start(scene, scratch, instance, material):
     """Make the scratch's second SHADING_POINT one inside the medium that no ray in particular arrives at."""
+    clear_record(shadow_point_in(scratch))
     point = shadow_point_in(scratch)
     point.instance = instance
     point.mesh = instance_at(scene.instances, instance).mesh if instance >= 0 else -1
     point.primitive = -1
     point.light = -1
     point.material = material
-    point.backfacing = 0
-    point.ray_flags = 0
-    point.depth = 0
-    point.diffuse_depth = 0
-    point.glossy_depth = 0
-    point.transmission_depth = 0
-    point.transparent_depth = 0
-    point.t = 0.0
-    point.u = 0.0
-    point.v = 0.0
-    point.dp = 0.0
-    point.dd = 0.0
-    put(point.dpdu, (0.0, 0.0, 0.0))
-    put(point.dpdv, (0.0, 0.0, 0.0))
     put(point.wo, (0.0, 0.0, 1.0))
     put(point.n, (0.0, 0.0, 1.0))
     put(point.ng, (0.0, 0.0, 1.0))
