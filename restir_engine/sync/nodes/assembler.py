@@ -23,14 +23,16 @@ class Assembler:
         self._constants: list[float] = []
         self._known: dict[tuple[float, ...], int] = {}
         self._blocks: list[int] = []  # owner of each temporary register: index of its block's first register
+        self._sizes: dict[int, int] = {}  # of the blocks
 
     def constant(self, value: float | tuple[float, ...]) -> int:
         """The register that holds a number, or the first of those that hold several."""
-        values = tuple(float(x) for x in value) if hasattr(value, "__len__") else (float(value),)
-        if values not in self._known:
-            self._known[values] = len(self._constants)
+        values = tuple(map(float, value)) if hasattr(value, "__len__") else (float(value),)
+        register = self._known.get(values)
+        if register is None:
+            register = self._known[values] = len(self._constants)
             self._constants.extend(values)
-        return self._known[values]
+        return register
 
     def constant_value(self, register: int, count: int = 1) -> tuple[float, ...] | None:
         """The numbers that a register is known to hold when the program starts, or None."""
@@ -40,11 +42,12 @@ class Assembler:
         """The first of `count` new consecutive registers."""
         start = len(self._blocks)
         self._blocks.extend([start] * count)
+        self._sizes[start] = count
         return TEMPORARY + start
 
     def emit(self, opcode: int, *words: int) -> None:
         """Append an instruction. Words are registers or immediates (smaller than 2²⁸)."""
-        self.instructions.append([opcode, *(int(word) for word in words)])
+        self.instructions.append([opcode, *map(int, words)])
 
     @property
     def position(self) -> int:
@@ -83,9 +86,10 @@ class Assembler:
         """Machine words of instructions and the end."""
         places = self._place(instructions)
         words = []
-        for opcode, *operands in instructions:
-            words += [opcode, len(operands)]
-            words += [word if word < TEMPORARY else places[word - TEMPORARY] for word in operands]
+        for instruction in instructions:
+            words.append(instruction[0])
+            words.append(len(instruction) - 1)
+            words += [word if word < TEMPORARY else places[word - TEMPORARY] for word in instruction[1:]]
         return [*words, ops.END, 0]
 
     def _place(self, instructions: list[list[int]]) -> dict[int, int]:
@@ -93,23 +97,21 @@ class Assembler:
         first: dict[int, int] = {}
         last: dict[int, int] = {}
         for index, instruction in enumerate(instructions):
-            for word in instruction[1:]:
+            for word in instruction:
                 if word >= TEMPORARY:
                     block = self._blocks[word - TEMPORARY]
-                    first.setdefault(block, index)
+                    if block not in last:
+                        first[block] = index
                     last[block] = index
-        sizes: dict[int, int] = {}
-        for block in self._blocks:
-            sizes[block] = sizes.get(block, 0) + 1
         used = bytearray(MAX_REGISTERS)  # 1 where a register is taken
         used[: len(self._constants)] = b"\1" * len(self._constants)
         places: dict[int, int] = {}
         expiring: dict[int, list[int]] = {}
-        for block, start in sorted(first.items(), key=lambda item: item[1]):
+        for block, start in first.items():
             for time in [time for time in expiring if time < start]:
                 for old in expiring.pop(time):
-                    used[places[old] : places[old] + sizes[old]] = bytes(sizes[old])
-            size = sizes[block]
+                    used[places[old] : places[old] + self._sizes[old]] = bytes(self._sizes[old])
+            size = self._sizes[block]
             place = used.find(bytes(size))
             if place < 0 or len(self._constants) > MAX_REGISTERS:
                 raise TooManyRegisters

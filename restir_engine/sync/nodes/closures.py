@@ -8,7 +8,6 @@ from ...kernels.shading import opcodes as ops
 from ...scene import names
 from .inputs import factor
 from .registry import closure
-from .sockets import find_socket
 from .subsurface import choice, medium_inputs, note_subsurface
 from .thin_film import thin_film
 
@@ -76,7 +75,8 @@ def principled_hair(c, node, weight):
 def operand(c, node, item) -> int:
     if item.default == lobes.FILM:
         return thin_film(c, node)
-    name = next((n for n in (item.name, *item.alternates) if find_socket(node.inputs, n) is not None), None)
+    find = c.inputs(node).find
+    name = item.name if find(item.name) else next((name for name in item.alternates if find(name)), None)
     if name is None:
         return c.constant(item.missing if item.components == 1 else (item.missing,) * 3)
     if item.default != lobes.VALUE and not c.is_linked(node, name):

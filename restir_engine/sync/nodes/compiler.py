@@ -20,7 +20,7 @@ from .fallback import unsupported_closure
 from .proportional import proportional_to
 from .prune import shadow_instructions
 from .registry import CLOSURES, INSIDE, VOLUMES
-from .sockets import COLOR, SHADER, find_socket
+from .sockets import COLOR, SHADER
 from .subsurface import Subsurface, emit_medium
 from .values import ValueCompiler
 
@@ -64,8 +64,11 @@ class Compiler(ValueCompiler):
         sys.setrecursionlimit(max(limit, _CALLS * _size(tree)))
         try:
             output = tree.get_output_node("CYCLES") if tree is not None else None
+            self._links.read(tree)
             if output is not None:
                 self._path = _path_to(tree, output)
+                for group in self._path:
+                    self._links.read(group.node_tree)
                 self._surface(output)
             elif self.is_medium:
                 emit_medium(self)
@@ -78,6 +81,7 @@ class Compiler(ValueCompiler):
             return Program()
         finally:
             sys.setrecursionlimit(limit)
+            self._cache.clear()  # what it holds refers to the compiler: left to the garbage collector it takes longer
 
     def program(self) -> Program:
         """What has been emitted so far as a program."""
@@ -184,13 +188,13 @@ class Compiler(ValueCompiler):
 
     def closure(self, node: bpy.types.Node, name: str, weight: int) -> None:
         """Compile what is linked to a shader input, scaled by the rgb at `weight`."""
-        socket = find_socket(node.inputs, name)
-        if socket is not None:
-            self._closure_input(socket, weight)
+        found = self.inputs(node).find(name)
+        if found is not None:
+            self._closure_input(found[0], weight)
 
     def branches(self, node: bpy.types.Node, parts: list[tuple[str, int, float]]) -> None:
         """Compile shader inputs under weights of their own: (input, weight, share of the whole), skipped when 0."""
-        found = [(find_socket(node.inputs, name), weight, share) for name, weight, share in parts]
+        found = [(self.inputs(node).find(name)[0], weight, share) for name, weight, share in parts]
         self._compile_shared([socket for socket, _, _ in found])
         whole = self._estimates.get(self._weight, 1.0)
         for socket, weight, share in found:
@@ -245,9 +249,9 @@ class Compiler(ValueCompiler):
     # The walk over closures -----------------------------------------------------------------------------------
 
     def _closure_input(self, socket, weight: int) -> None:
-        link = self._links.into(socket)
-        if link is not None:
-            self._closure_output(link.from_node, link.from_socket, weight)
+        source = self._links.into(socket)
+        if source is not None:
+            self._closure_output(source[0], source[1], weight)
 
     def _closure_output(self, node, socket, weight: int) -> None:
         if node.bl_idname == "NodeReroute":
@@ -310,10 +314,10 @@ class Compiler(ValueCompiler):
     def _upstream(self, socket, found: dict, visited: set | None = None) -> None:
         """Collect the values above an input socket: key → (path, node, output)."""
         visited = set() if visited is None else visited
-        link = self._links.into(socket)
-        if link is None:
+        source = self._links.into(socket)
+        if source is None:
             return
-        node, output = link.from_node, link.from_socket
+        node, output = source
         visit = (self._key(node), output.identifier)
         if visit in visited or self._is_known(visit[0]):
             return
@@ -330,8 +334,8 @@ class Compiler(ValueCompiler):
                 with self._at(path):
                     self._upstream(inner_socket, found, visited)
             return
-        for source in node.inputs:
-            self._upstream(source, found, visited)
+        for socket in self.inputs(node).sockets:
+            self._upstream(socket, found, visited)
         if node.bl_idname != "NodeReroute" and output.type != SHADER:
             found[visit] = (self._path, node, output)
 

@@ -30,8 +30,20 @@ def _projection(texture_mapping) -> Matrix:
     return rows
 
 
+def _changes_nothing(texture_mapping) -> bool:
+    """Whether all is as in a new node, which is so in nearly all."""
+    return (
+        texture_mapping.vector_type == "POINT"
+        and texture_mapping.translation[:] == texture_mapping.rotation[:] == (0.0, 0.0, 0.0)
+        and texture_mapping.scale[:] == (1.0, 1.0, 1.0)
+        and (texture_mapping.mapping_x, texture_mapping.mapping_y, texture_mapping.mapping_z) == ("X", "Y", "Z")
+    )
+
+
 def mapping_table(texture_mapping) -> np.ndarray | None:
     """The 3x4 matrix of a TexMapping, None where it changes nothing. Cycles ignores its limits, so we do."""
+    if _changes_nothing(texture_mapping):
+        return None
     kind = texture_mapping.vector_type
     scale = Vector(texture_mapping.scale)
     if kind in ("TEXTURE", "NORMAL"):  # they divide by it

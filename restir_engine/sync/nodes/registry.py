@@ -16,6 +16,11 @@ INSIDE: dict[str, Callable] = {}
 UNLINKED: dict[str, Callable] = {}
 
 
+def has_converter(identifier: str) -> bool:
+    """Whether nodes of this type stand for themselves in a program."""
+    return identifier in NODES or identifier in CLOSURES or identifier in VOLUMES
+
+
 def _registrar(table: dict[str, Callable], identifiers: tuple[str, ...]) -> Callable:
     def register(function: Callable) -> Callable:
         table.update(dict.fromkeys(identifiers, function))

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...kernels.lobes.nodes import THIN_FILM
 from ..working_space import from_rec709, working_space
-from .sockets import find_socket
 from .spectra import WAVELENGTHS, XYZ_TO_REC709, color_matching
 
 _THICKNESS, _IOR = "Thin Film Thickness", "Thin Film IOR"
@@ -32,12 +31,12 @@ _INTEGRAL = 1.0685e-7
 
 def thin_film(c, node) -> int:
     """The register of a node's film as BSDFs take it, -1 where it has none."""
-    if find_socket(node.inputs, _THICKNESS) is None:
+    if c.inputs(node).find(_THICKNESS) is None:
         return -1
     thickness = c.value(node, _THICKNESS)
     if c.constant_value(thickness) == (0.0,):
         return -1
-    if find_socket(node.inputs, "Thin Wall") is not None and c.constant_value(c.value(node, "Thin Wall")) != (0.0,):
+    if c.inputs(node).find("Thin Wall") is not None and c.constant_value(c.value(node, "Thin Wall")) != (0.0,):
         c.warn("a thin film on a thin wall has about its colours: reflected light differs from Cycles' by up to 3 %")
     out = c.allocate(3)
     c.emit(THIN_FILM, out, thickness, c.value(node, _IOR), c.table(film_table(working_space())))

@@ -13,8 +13,8 @@ from ...kernels.shading import opcodes as ops
 from ..working_space import from_rec709, luminance_weights
 from .assembler import Assembler
 from .fallback import unsupported_node
-from .registry import NODES, UNLINKED
-from .sockets import COLOR, FLOAT, INT, NUMBERS, SHADER, VECTOR, Links, find_socket, kind_of, same_socket
+from .registry import NODES, UNLINKED, has_converter
+from .sockets import COLOR, FLOAT, INT, NUMBERS, SHADER, VECTOR, Inputs, Links, kind_of, same_socket
 
 # Up to 4.5 a value takes the type of each group socket that it passes; later Blender puts groups in their place first.
 _BORDERS_CONVERT = bpy.app.version < (5, 0, 0)
@@ -35,6 +35,7 @@ class ValueCompiler(Assembler):
         self._filter = -1  # register of the bump filter width that shifted points were made with
         self._offset_read = False
         self._links = Links()
+        self._inputs: dict[bpy.types.Node, Inputs] = {}
         self._path: tuple[bpy.types.Node, ...] = ()  # group nodes around the present node
         self._nodes: list[bpy.types.Node] = []  # being converted, for warnings and against cycles
         self._active: set = set()
@@ -72,8 +73,15 @@ class ValueCompiler(Assembler):
 
     def is_linked(self, node: bpy.types.Node, name: str) -> bool:
         """Whether a link that counts ends at this input."""
-        socket = find_socket(node.inputs, name)
-        return socket is not None and self._links.into(socket) is not None
+        found = self.inputs(node).find(name)
+        return found is not None and self._links.into(found[0]) is not None
+
+    def inputs(self, node: bpy.types.Node) -> Inputs:
+        """The input sockets of a node."""
+        inputs = self._inputs.get(node)
+        if inputs is None:
+            inputs = self._inputs[node] = Inputs(node)
+        return inputs
 
     def table(self, values) -> int:
         """The offset of these floats in the scene's tables."""
@@ -103,69 +111,74 @@ class ValueCompiler(Assembler):
     # Values ---------------------------------------------------------------------------------------------------
 
     def _input_as(self, node, name, kind, default) -> int:
-        socket = find_socket(node.inputs, name)
-        if socket is None:
+        inputs = self._inputs.get(node) or self.inputs(node)
+        found = inputs.find(name)
+        if found is None:
             return self.constant(default if kind in NUMBERS else (default,) * 3)
-        return self._convert(*self._input(node, socket), kind)
+        socket, own = found
+        if kind == own == FLOAT and self._links.into(socket) is None:  # most inputs are
+            return self.constant(socket.default_value)
+        return self._convert(*self._input(node, socket, own), kind)
 
-    def _input(self, node, socket) -> tuple[int, str]:
-        """Register and kind of an input socket: what is linked to it, or its default."""
-        link = self._links.into(socket)
-        found = self._output(link.from_node, link.from_socket) if link else None
-        kind = kind_of(socket)
+    def _input(self, node, socket, kind) -> tuple[int, str]:
+        """Register and kind of an input socket of this kind: what is linked to it, or its default."""
+        source = self._links.into(socket)
+        found = self._output(source[0], source[1]) if source is not None else None
         if found is None or kind in (SHADER, None):
-            return self._unlinked(node, socket), kind
+            return self._unlinked(node, socket, kind), kind
         return self._convert(*found, kind), kind
 
-    def _unlinked(self, node, socket) -> int:
-        kind = kind_of(socket)
+    def _unlinked(self, node, socket, kind) -> int:
+        if kind in NUMBERS:
+            return self.constant(socket.default_value)
         if kind == VECTOR and socket.hide_value and socket.name in UNLINKED:
             return UNLINKED[socket.name](self, node)
-        if kind in NUMBERS:
-            return self.constant(float(socket.default_value))
         if kind in (COLOR, VECTOR):
-            return self.constant(tuple(socket.default_value)[:3])
+            return self.constant(socket.default_value[:3])
         return self.constant((0.0, 0.0, 0.0))
 
     def _output(self, node, socket) -> tuple[int, str] | None:
         """Register and kind of an output socket; None: as if there were no link."""
-        kind = kind_of(socket)
-        if node.bl_idname == "NodeReroute":
-            link = self._links.into(node.inputs[0])
-            if link is None:
+        kind, identifier = kind_of(socket), node.bl_idname
+        if identifier == "NodeReroute":
+            source = self._links.into(node.inputs[0])
+            if source is None:
                 return None if kind in (SHADER, None) else (self.constant((0.0, 0.0, 0.0)), kind)
-            return self._output(link.from_node, link.from_socket)
+            return self._output(source[0], source[1])
         if kind in (SHADER, None):
             return None
         if node.mute:
             source = self._links.through_muted(node, socket)
-            return None if source is None else (self._convert(*self._input(node, source), kind), kind)
-        inner = self._enter_or_leave(node, socket)
+            return None if source is None else (self._convert(*self._input(node, source, kind_of(source)), kind), kind)
+        inner = None if identifier in NODES else self._enter_or_leave(node, socket)
         if inner is not None:
             path, inner_node, inner_socket = inner
             if inner_node is None:
                 return None
             with self._at(path):
                 if not _BORDERS_CONVERT:
-                    link = self._links.into(inner_socket)
-                    found = self._output(link.from_node, link.from_socket) if link else None
+                    source = self._links.into(inner_socket)
+                    found = self._output(source[0], source[1]) if source is not None else None
                     if found is not None:
                         return found
-                found = self._input(inner_node, inner_socket)
+                found = self._input(inner_node, inner_socket, kind_of(inner_socket))
             return self._convert(*found, kind), kind
-        register = self._convert_node(node).get(socket.identifier)
+        register = self._convert_node(node, NODES.get(identifier, unsupported_node)).get(socket.identifier)
         if callable(register):
             register = self._cached((self._key(node), socket.identifier), register)
         return None if register is None else (register, kind)
 
     def _enter_or_leave(self, node, socket):
         """(path, node, input socket) that a group's or group input's output stands for; None for other nodes."""
-        if node.bl_idname == "NodeGroupInput":
+        identifier = node.bl_idname
+        if has_converter(identifier):
+            return None
+        if identifier == "NodeGroupInput":
             if not self._path:
                 return (), None, None
             parent = self._path[-1]
             return self._path[:-1], parent, same_socket(parent.inputs, socket)
-        if getattr(node, "node_tree", None) is None and node.bl_idname != "ShaderNodeGroup":
+        if getattr(node, "node_tree", None) is None and identifier != "ShaderNodeGroup":
             return None
         tree = node.node_tree
         if tree is None or any(tree == group.node_tree for group in (*self._path, node)[:-1]):
@@ -176,7 +189,7 @@ class ValueCompiler(Assembler):
         inner = same_socket(output.inputs, socket) if output else None
         return (*self._path, node), output if inner else None, inner
 
-    def _convert_node(self, node) -> dict:
+    def _convert_node(self, node, converter) -> dict:
         """The outputs of a node, by its converter; converted once for each place and offset."""
         key = self._key(node)
 
@@ -186,7 +199,7 @@ class ValueCompiler(Assembler):
                 return {}
             self._active.add(key)
             self._nodes.append(node)
-            outputs = NODES.get(node.bl_idname, unsupported_node)(self, node)
+            outputs = converter(self, node)
             self._nodes.pop()
             self._active.discard(key)
             return outputs
@@ -199,11 +212,11 @@ class ValueCompiler(Assembler):
     def _cached(self, key, make):
         """What `make()` returns, kept for the present offset, or for all offsets when `make` did not ask for it."""
         shifted = (key, self._offset, self._filter)
-        for known in (shifted, key):
-            if known in self._cache:
-                result, read = self._cache[known]
-                self._offset_read |= read
-                return result
+        known = self._cache.get(shifted) or self._cache.get(key)
+        if known is not None:
+            result, read = known
+            self._offset_read |= read
+            return result
         outer, self._offset_read = self._offset_read, False
         result = make()
         read = self._offset_read
@@ -212,11 +225,13 @@ class ValueCompiler(Assembler):
         return result
 
     def _key(self, node) -> tuple:
-        return (*(group.as_pointer() for group in self._path), node.as_pointer())
+        return self._path, node
 
     @contextmanager
     def _at(self, path):
         before, self._path = self._path, path
+        if path:
+            self._links.read(path[-1].node_tree)
         yield
         self._path = before
 

@@ -10,7 +10,6 @@ from .color import blackbody_color
 from .generic import menu_switch_shader
 from .inputs import attribute, factor
 from .registry import inside, node, volume
-from .sockets import find_socket
 from .subsurface import choice, medium_inputs
 
 # Phase functions by the identifier in the nodes: kind and the inputs it reads.
@@ -80,7 +79,7 @@ def volume_principled(c, node, weight):
 
 def _times_grid(c, node, socket: str, factor: int, components: int) -> int:
     """A value times the grid that the node names, where the object has such a one."""
-    grid = find_socket(node.inputs, socket).default_value
+    grid = c.inputs(node).find(socket)[0].default_value
     return _times(c, grid, factor, components) if grid else factor
 
 
