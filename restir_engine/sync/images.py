@@ -23,6 +23,7 @@ from .working_space import REC709, to_scene_linear, working_space
 _ENCODED = "sRGB"
 _RAW = "Non-Color"
 # Files whose encoded values Blender turns into scene-linear floats when they have more than 8 bits: Cycles does not.
+_MOVING = ("SEQUENCE", "MOVIE")
 _ENCODED_FLOATS = ("PNG", "TIFF", "JPEG2000")
 
 
@@ -32,7 +33,7 @@ def image_index(scene, image: bpy.types.Image, image_user, warn) -> int:
     `warn(text)` is told what is missing or only approximated.
     """
     image = image.original
-    frame = _frame(image_user, scene.frame) if image.source == "SEQUENCE" else 0
+    frame = _frame(image_user, scene.frame) if image.source in _MOVING else 0
     return _add(scene, image, frame, 0, warn)
 
 
@@ -62,11 +63,12 @@ def _to_associate(image, is_float: bool, path: str | None) -> bool:
 
 
 def _frame(user, frame: int) -> int:
-    """The number of the file that an ImageUser shows at a frame of the scene."""
+    """The number of the file, or of the frame of a movie, that an ImageUser shows at a frame of the scene."""
     length = user.frame_duration
+    if length == 0:
+        return 0
     number = frame - user.frame_start + 1
-    if length > 0:
-        number = (number - 1) % length + 1 if user.use_cyclic else min(max(number, 0), length)
+    number = (number - 1) % length + 1 if user.use_cyclic else min(max(number, 0), length)
     return number + user.frame_offset
 
 
@@ -83,8 +85,6 @@ def _add(scene, image, frame: int, tile: int, warn) -> int:
 
 def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | None] | None:
     """Pixels and decode table of an image, of one of its frames or tiles; None where it is missing."""
-    if image.source == "MOVIE":
-        warn(f"movie “{image.name}”: shows the one frame that Blender has loaded")
     try:
         with _loaded(image, frame, tile) as (source, path):
             if source is not None and source.size[0] and source.size[1]:
@@ -96,7 +96,7 @@ def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | 
             return found
     except RuntimeError:  # Blender cannot read the file
         pass
-    part = f" (tile {tile})" if tile else f" (frame {frame})" if image.source == "SEQUENCE" else ""
+    part = f" (tile {tile})" if tile else f" (frame {frame})" if image.source in _MOVING else ""
     warn(f"image “{image.name}”{part} is missing")
     return None
 
@@ -131,6 +131,11 @@ def _loaded(image, frame: int, tile: int) -> Iterator[tuple[bpy.types.Image | No
     if image.source == "SEQUENCE":
         with _temporary(_numbered(path, frame), image) as loaded:
             yield loaded
+    elif image.source == "MOVIE":
+        with _temporary(path, image) as (loaded, path):
+            if loaded is not None and loaded.size[0]:
+                loaded.scale(*loaded.size, frame=frame)  # the one way by which Blender gives a frame of a movie
+            yield loaded, path
     elif image.source == "TILED" and tile != image.tiles[0].number:
         packed = next((file for file in image.packed_files if file.tile_number == tile), None)
         with tempfile.TemporaryDirectory() as folder:

@@ -85,6 +85,49 @@ def test_a_sequence_of_files_with_16_bits(tmp_path):
     assert wrong(cases) == {}
 
 
+def _movie(path, colors):
+    """Write a movie without losses, of one colour a frame, by the sequencer of a scene of its own."""
+    scene = bpy.data.scenes.new("movie")
+    editor = scene.sequence_editor_create()
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+    for frame, color in enumerate(colors, 1):
+        length = {"length": 1} if bpy.app.version >= (5, 0, 0) else {"frame_end": frame + 1}
+        strips.new_effect(name="color", type="COLOR", channel=1, frame_start=frame, **length).color = color
+    scene.frame_start, scene.frame_end = 1, len(colors)
+    render = scene.render
+    render.resolution_x = render.resolution_y = 32
+    if hasattr(render.image_settings, "media_type"):
+        render.image_settings.media_type = "VIDEO"
+    render.image_settings.file_format, render.filepath = "FFMPEG", str(path)
+    render.ffmpeg.format, render.ffmpeg.codec = "AVI", "FFV1"
+    scene.view_settings.view_transform = "Standard"
+    bpy.ops.render.render(animation=True, scene=scene.name)
+    bpy.data.scenes.remove(scene)
+
+
+def test_frames_of_a_movie(tmp_path):
+    _movie(tmp_path / "movie.avi", [(k / 5.0, 0.5, 1.0 - k / 5.0) for k in range(5)])
+
+    def shown(**user):
+        def build(tree):
+            picture = bpy.data.images.load(str(tmp_path / "movie.avi"), check_existing=False)
+            node = add_node(tree, "ShaderNodeTexImage", image=picture)
+            for name, value in user.items():
+                setattr(node.image_user, name, value)
+            bpy.context.scene.frame_current = 7
+            return node.outputs["Color"]
+
+        return build
+
+    cases = {
+        "last": shown(frame_duration=5),
+        "third": shown(frame_duration=5, frame_start=5),
+        "cyclic": shown(frame_duration=5, use_cyclic=True),
+        "no duration": shown(frame_duration=0, frame_offset=2),
+    }
+    assert wrong(cases) == {}
+
+
 def test_what_headers_say(tmp_path):
     from restir_engine.sync.image_headers import file_alpha
 

@@ -149,6 +149,22 @@ def test_wave_and_gabor():
     check(cases, 1e-4)
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="Radial Tiling is of Blender 5")
+def test_radial_tiling():
+    cases = {}
+    for sides in (2.0, 2.5, 4.5, 5.0):
+        for roundness in (0.0,) if sides == 2.0 else (0.0, 0.4, 0.8, 1.0):
+            inputs = {"Sides": sides, "Roundness": roundness}
+            for normalize in (False, True):
+                settings = {"inputs": inputs, "normalize": normalize}
+                name = f"{sides} sides, roundness {roundness}, normalized {normalize}"
+                cases[name] = case("ShaderNodeRadialTiling", "Segment Coordinates", **settings)
+        for output in ("Segment ID", "Segment Width", "Segment Rotation"):
+            flat = "" if sides % 1.0 or output != "Segment Width" else " flat"
+            cases[f"{output}, {sides} sides{flat}"] = case("ShaderNodeRadialTiling", output, inputs)
+    check(cases, SNAPPED, scale=0.1, offset=1.0)
+
+
 def test_coordinates_of_unlinked_textures():
     def unlinked(identifier):
         return lambda tree: add_node(tree, identifier).outputs[0]
@@ -297,7 +313,7 @@ def test_frames_and_tiles(tmp_path):
         image.save()
         bpy.data.images.remove(image)
 
-    for number in range(1, 6):
+    for number in range(6):
         flat(tmp_path / f"frame_{number:03d}.png", number / 10.0)
     for number, value in ((1001, 0.2), (1002, 0.5), (1011, 0.9)):
         flat(tmp_path / f"tile.{number}.png", value)
@@ -328,6 +344,7 @@ def test_frames_and_tiles(tmp_path):
     cases = {
         "clamped flat": sequence(1, 0, 5, False),
         "cyclic flat": sequence(2, 1, 4, True),
+        "no duration flat": sequence(1, 2, 0, False),
         "tiles": image_case(partial(tiled, False), scale=3.5, offset=-0.9, interpolation="Closest"),
         "packed tiles": image_case(partial(tiled, True), scale=3.5, offset=-0.9, interpolation="Closest"),
     }

@@ -145,6 +145,14 @@ def gabor_texture(c, node):
     return {"Value": out, "Phase": out + 1, "Intensity": out + 2}
 
 
+@node("ShaderNodeRadialTiling")
+def radial_tiling(c, node):
+    out = c.allocate(6)
+    c.emit(ops.RADIAL_TILING, out, c.vector(node, "Vector"), *_values(c, node, "Sides", "Roundness"), node.normalize)
+    names = ("Segment Coordinates", "Segment ID", "Segment Width", "Segment Rotation")
+    return dict(zip(names, (out, out + 3, out + 4, out + 5), strict=True))
+
+
 @node("ShaderNodeTexPointDensity")
 def point_density_texture(c, node):
     c.warn("point density is not supported: it is 0 everywhere")

@@ -9,6 +9,7 @@ from .image import image_box_op, image_op, image_tiles_op
 from .mapping import texture_mapping_op
 from .noise import noise_op
 from .patterns import brick_op, checker_op, gradient_op, magic_op
+from .radial import radial_tiling_op
 from .sky import sky_op
 from .voronoi import voronoi_op
 from .wave import wave_op
@@ -24,6 +25,7 @@ TEXTURE_ENTRIES: dict[int, Entry] = {
     ops.MAGIC: magic_op,
     ops.WHITE_NOISE: white_noise_op,
     ops.GABOR: gabor_op,
+    ops.RADIAL_TILING: radial_tiling_op,
     ops.IMAGE: image_op,
     ops.IMAGE_BOX: image_box_op,
     ops.IMAGE_TILES: image_tiles_op,

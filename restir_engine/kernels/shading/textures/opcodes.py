@@ -12,6 +12,8 @@ GRADIENT = 105  # out, vector, kind!
 MAGIC = 106  # out (rgb, factor), vector, scale, distortion, depth!, scale first!
 WHITE_NOISE = 107  # out (value, rgb), vector, w, dimensions!
 GABOR = 108  # out (value, phase, intensity), vector, scale, frequency, anisotropy, angle, orientation, dimensions!
+# out (coordinates, segment, width, rotation), vector, sides, roundness, normalize!
+RADIAL_TILING = 109
 
 IMAGE = 120  # out (rgb, alpha), vector, image!, flags!
 IMAGE_BOX = 121  # out (rgb, alpha), vector, image!, flags!, blend
