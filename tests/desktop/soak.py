@@ -1,12 +1,13 @@
 """Random edits, undo, orbit, playback, file reloads in a rendered 3D view, from a fixed seed.
 
     blender --python-exit-code 1 --python tests/desktop/soak.py -- FOLDER [--seconds 600] [--seed 1] [--views 2]
-                                                                          [--integrator RESTIR]
+                                                                          [--integrator RESTIR] [--render]
 
 Needs a window. Writes what was done to FOLDER/soak.txt, with the memory of the process every half a minute; ends with
 an assertion where a view tells of an error, where threads or views are left over, or where memory has grown by more
 than 50 MB since the first two minutes. For this it is read twice while all views show solid shapes: Blender's own
-material preview comes and goes in between, with up to a gigabyte where OpenGL is software.
+material preview comes and goes in between, with up to a gigabyte where OpenGL is software. --render: half way through
+a final render begins, while which the views turn.
 """
 
 import argparse
@@ -199,6 +200,19 @@ def memory_without_views(found: list[float]):
         area.spaces[0].shading.type = kind
 
 
+def final_render(r):
+    """A final render beside the views, which turn meanwhile."""
+    bpy.context.preferences.view.render_display_type = "NONE"
+    render, restir = scene().render, scene().restir
+    render.resolution_percentage, restir.samples = 25, 32
+    with bpy.context.temp_override(**override()):
+        bpy.ops.render.render("INVOKE_DEFAULT")
+    yield from until(lambda: bpy.app.is_job_running("RENDER"), 60.0, 0.01)
+    while bpy.app.is_job_running("RENDER"):
+        turn(r)
+        yield 0.1
+
+
 def split(views: int) -> None:
     """So many rendered 3D views."""
     while len(areas("VIEW_3D")) < views:
@@ -235,6 +249,10 @@ def steps(options: argparse.Namespace, log: Log):
             last_reload = time.monotonic()
         if not found and passed > SETTLED:
             yield from memory_without_views(found)
+        if options.render and passed > 0.5 * options.seconds:
+            options.render = False
+            yield from final_render(r)
+            log(f"{time.monotonic() - began:.0f} s: a final render has ended")
         if passed - told > 30.0:
             told = passed
             log(f"{passed:.0f} s: {done} edits, {memory():.0f} MB, {len(live_sessions())} sessions")
@@ -255,6 +273,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--views", type=int, default=1)
     parser.add_argument("--integrator", default="RESTIR", choices=("PATH", "RESTIR"))
+    parser.add_argument("--render", action="store_true")
     options = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
     options.folder = options.folder.resolve()
     bpy.context.preferences.view.show_splash = False
