@@ -64,7 +64,7 @@ class Convergence:
         film = self._film
         if film.samples < self._next:
             return False
-        now = film.sums("Combined")[..., :3]
+        now = film.light()
         added = now - self._before
         self._before = now.copy()
         done = False
@@ -90,7 +90,7 @@ class Convergence:
         count = np.maximum(film.counts, 1)[..., None]
         exposure = film.exposure
         deviation = np.sqrt(_over_square(self.variance(), 1, np.add) / 9.0)
-        brightness = exposure * np.maximum(film.sums("Combined")[..., :3] / count, 0.0).sum(2)
+        brightness = exposure * np.maximum(film.light() / count, 0.0).sum(2)
         error = _MEAN_ABSOLUTE * exposure * deviation.sum(2) / (np.sqrt(brightness) + 1e-4)
         return _over_square(~(error < self._threshold), REACH, np.maximum)
 

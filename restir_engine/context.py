@@ -21,14 +21,21 @@ class FrameContext(RecordOwner):
     """A committed scene as a frame sees it.
 
     camera: who looks, where that is not the scene's own camera. tiles: what light samples are resampled from, to be
-    filled before each frame; None: they are drawn for their receiver.
+    filled before each frame; None: they are drawn for their receiver. caught: the frame in which paths go on that a
+    shadow catcher has caught; None: this one.
 
     Kernels get `record`, a SCENE record of this context's own: that of the scene with what belongs to the frame put
     in. The scene itself is only read, so that any number of contexts can share it, on any threads.
     """
 
-    def __init__(self, scene: Scene, camera: Camera | None = None, tiles: LightTiles | None = None) -> None:
-        self.scene, self.camera, self.tiles = scene, camera or scene.camera, tiles
+    def __init__(
+        self,
+        scene: Scene,
+        camera: Camera | None = None,
+        tiles: LightTiles | None = None,
+        caught: FrameContext | None = None,
+    ) -> None:
+        self.scene, self.camera, self.tiles, self._caught = scene, camera or scene.camera, tiles, caught
         self._camera = np.array([self.camera.record()], rec.CAMERA)
         self._lights = np.array([scene.lights.record], rec.LIGHT_TABLE)
         if tiles:
@@ -36,6 +43,7 @@ class FrameContext(RecordOwner):
         self._record = np.array([scene.record], rec.SCENE)
         self._record[0]["light_table"] = address(self._lights)
         self._record[0]["camera"] = address(self._camera)
+        self._record[0]["caught"] = caught.address if caught else 0
         self._record[0]["camera_in_media"] = self._may_start_in_media()
         for array in (self._camera, self._lights, self._record):
             array.flags.writeable = False

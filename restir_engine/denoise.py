@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .scene.warnings import Warnings
+from .settings import SHADOW_CATCHER
 
 if TYPE_CHECKING:
     from .film import Film  # which needs compiled code, and a panel asks here for the library
@@ -109,12 +110,16 @@ def filter_image(
 
 
 def denoise(film: Film, quality: str, warnings: Warnings) -> np.ndarray | None:
-    """The Combined pass of a film, denoised; None, and a warning, where that is impossible. Alpha stays as it is."""
-    combined = film.pass_array("Combined")
+    """The Combined pass of a film, denoised; None, and a warning, where that is impossible.
+
+    Of alpha, what shadow catchers make of it is denoised, and nothing else.
+    """
+    albedo, normal = film.pass_array("Denoising Albedo"), film.pass_array("Denoising Normal")
     try:
-        combined[:, :, :3] = filter_image(
-            combined[:, :, :3], film.pass_array("Denoising Albedo"), film.pass_array("Denoising Normal"), quality
-        )
+        if film.has_catchers:
+            film.catcher_factor = filter_image(film.pass_array(SHADOW_CATCHER), albedo, normal, quality)
+        combined = film.pass_array("Combined")
+        combined[:, :, :3] = filter_image(combined[:, :, :3], albedo, normal, quality)
     except (RuntimeError, OSError) as error:
         warnings.add("Render", "Denoise", str(error))
         return None

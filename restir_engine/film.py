@@ -11,7 +11,7 @@ from .kernels.core import records as rec
 from .kernels.core.memory import address
 from .scene.cryptomatte import KINDS
 from .scene.record_owner import RecordOwner
-from .settings import SAMPLE_COUNT, Pass
+from .settings import BARE_CATCHER, CATCHER_BACKDROP, SAMPLE_COUNT, SHADOW_CATCHER, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it
 
@@ -21,12 +21,17 @@ class Film(RecordOwner):
 
     samples: how many have been taken of the pixels that have most. After `count_pixels`, `counts` (height, width) has
     the number of each pixel and `active` tells which are sampled on; before, both are None and all pixels are alike.
+    `catcher_factor` (height, width, 3), where it is set, is shown as the pass Shadow Catcher: it has been denoised.
     """
 
-    def __init__(self, width: int, height: int, passes: list[Pass], exposure: float = 1.0) -> None:
+    def __init__(
+        self, width: int, height: int, passes: list[Pass], exposure: float = 1.0, transparent: bool = False
+    ) -> None:
         self.width, self.height = width, height
         self.passes = passes
         self.exposure = exposure
+        self.transparent = transparent
+        self.catcher_factor: np.ndarray | None = None
         self.samples = 0
         self.counts: np.ndarray | None = None
         self.active: np.ndarray | None = None
@@ -50,12 +55,41 @@ class Film(RecordOwner):
         for item in self.passes:
             if item.field:
                 record[item.field] = self._offsets[item.name]
+        record["alpha"] = record["combined"] + 3
         record["aovs"] = next((self._offsets[item.name] for item in self.passes if item.aov), -1)
         record["active"] = 0
         record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
         record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
         record["crypto_slots"] = 2 * max(map(len, self._slots.values()))
         record["data_passes"] = any((item.field or item.aov) and not item.light for item in self.passes)
+
+    @property
+    def has_catchers(self) -> bool:
+        """Whether light on shadow catchers is accumulated."""
+        return BARE_CATCHER in self._by_name
+
+    def caught_record(self, name: str) -> np.ndarray:
+        """FILM (1,) for what caught paths find and nothing else; name: the pass that it adds up to, one of two.
+
+        That without objects finds the world behind catchers, where the film is not transparent.
+        """
+        record = np.zeros(1, rec.FILM)
+        for field in rec.FILM.names:
+            record[field] = -1
+        for field in ("pixels", "width", "height", "channels", "active"):
+            record[field] = self._record[field]
+        for field in ("light_passes", "data_passes", "summed", "crypto_slots"):
+            record[field] = 0
+        record["caught"] = self._offsets[name]
+        if name == BARE_CATCHER:
+            record["alpha"] = record["caught"] + 3
+            record["backdrop"] = -1 if self.transparent else self._offsets.get(CATCHER_BACKDROP, -1)
+        return record
+
+    def light(self) -> np.ndarray:
+        """Sums of all light, (height, width, 3), whatever becomes of it: what adaptive sampling judges."""
+        combined = self.sums("Combined")[..., :3]
+        return combined + self.sums(SHADOW_CATCHER) if self.has_catchers else combined
 
     def count_pixels(self) -> None:
         """Count the samples of each pixel from now on; all are active."""
@@ -70,6 +104,7 @@ class Film(RecordOwner):
     def add_samples(self, count: int) -> None:
         """Note that the active pixels have been given so many samples more."""
         self.samples += count
+        self.catcher_factor = None
         if self.counts is not None:
             self.counts += np.int32(count) * self.active
 
@@ -90,6 +125,8 @@ class Film(RecordOwner):
         item = self._by_name[name]
         if item.slots:
             return self._mattes(item)
+        if name == SHADOW_CATCHER:
+            return self._catcher_factor() if self.catcher_factor is None else self.catcher_factor
         result = self.sums(name).copy()
         if not item.averaged:
             if name == "Depth":
@@ -103,12 +140,30 @@ class Film(RecordOwner):
         result *= np.asarray(scale, np.float32)
         if name == "Combined":
             result[:, :, 3] = np.clip(1.0 - result[:, :, 3], 0.0, 1.0)
+            if CATCHER_BACKDROP in self._by_name:
+                self._show_catchers(result)
             result[:, :, :3] *= self.exposure
         elif item.light:
             result[:, :, :3] *= self.exposure
         elif name == "Mist":
             result = 1.0 - result
         return result
+
+    def _catcher_factor(self) -> np.ndarray:
+        """Light on catchers over that without objects, (height, width, 3): 1 where there is none, or no catcher."""
+        bare = self.sums(BARE_CATCHER)
+        seen, light = np.clip(1.0 - bare[..., 3:] / self._samples_of_pixels(), 0.0, 1.0), bare[..., :3]
+        factor = np.divide(self.sums(SHADOW_CATCHER), light, out=np.ones_like(light), where=light > 0.0)
+        return 1.0 + seen * (factor - 1.0)
+
+    def _show_catchers(self, combined: np.ndarray) -> None:
+        """Put the shadows on catchers into Combined, as Cycles does; see docs/shadow-catchers.md."""
+        seen = (1.0 - combined[:, :, 3:]) * np.clip(self.pass_array(SHADOW_CATCHER).mean(2, keepdims=True), 0.0, 1.0)
+        if self.transparent:
+            combined[:, :, 3:] = 1.0 - seen
+        else:
+            combined[:, :, :3] += seen * self.sums(CATCHER_BACKDROP) / self._samples_of_pixels()
+            combined[:, :, 3] = 1.0
 
     def _mattes(self, item: Pass) -> np.ndarray:
         """Two ids of a kind of Cryptomatte and what they cover of each pixel, as they rank by that."""

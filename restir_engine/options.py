@@ -295,6 +295,12 @@ VIEW_LAYER_OPTIONS: dict[str, Option] = {
         "scene.restir.reuse.visibility = REUSED or ESTIMATED, which scripts can set",
         default=False,
     ),
+    "use_pass_shadow_catcher": Option(
+        "Shadow Catcher",
+        "Deliver the factor by which objects darken or brighten shadow catchers, to multiply footage with. Combined "
+        "then shows the objects alone",
+        default=False,
+    ),
     "use_pass_sample_count": Option(
         "Sample Count",
         "Deliver how many samples each pixel got: with a noise threshold noisy pixels get more",

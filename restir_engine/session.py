@@ -25,7 +25,7 @@ from .kernels.core import cache, workers
 from .kernels.core.jit import begin
 from .scene.camera import Camera
 from .scene.description import SceneDescription
-from .scene.scene import Scene
+from .scene.scene import Scene, has_catchers
 from .scene.trees import Trees
 from .settings import RenderSettings, required_passes
 
@@ -120,8 +120,8 @@ class Session:
         self._integrator: Integrator | None = None
         self.status = Status(total=settings.samples)
         width, height = self.camera.film_size
-        passes = required_passes(settings.passes, settings.use_denoising, settings.aovs)
-        self.film = Film(width, height, passes, settings.film_exposure)
+        passes = required_passes(settings.passes, settings.use_denoising, settings.aovs, has_catchers(scene.instances))
+        self.film = Film(width, height, passes, settings.film_exposure, settings.film_transparent)
         self.denoised: np.ndarray | None = None
         self._cancel = threading.Event()
 

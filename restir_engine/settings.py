@@ -139,6 +139,8 @@ def _cryptomattes(kind: str) -> list[Pass]:
 
 
 SAMPLE_COUNT = "Debug Sample Count"  # as Cycles names it
+# Light on shadow catchers; without what is no catcher; and the world behind them, by which Combined shows them.
+SHADOW_CATCHER, BARE_CATCHER, CATCHER_BACKDROP = "Shadow Catcher", "Bare Catcher", "Catcher Backdrop"
 
 PASSES: tuple[Pass, ...] = (
     Pass("Combined", "Combined", "combined", "RGBA", "COLOR", "use_pass_combined", light=True),
@@ -163,6 +165,18 @@ PASSES: tuple[Pass, ...] = (
     # V̄ by channel, and the share of the samples that have one; both by all samples (associated alpha).
     Pass("Visibility Estimate", "Visibility", "", "RGBA", "COLOR", "", own="use_pass_visibility"),
     Pass(SAMPLE_COUNT, SAMPLE_COUNT, "", "X", "VALUE", "", own="use_pass_sample_count", averaged=False),
+    Pass(
+        SHADOW_CATCHER,
+        SHADOW_CATCHER,
+        "",
+        "RGB",
+        "COLOR",
+        "",
+        own="use_pass_shadow_catcher",
+        divide=BARE_CATCHER,
+    ),
+    Pass(BARE_CATCHER, BARE_CATCHER, "", "RGBA", "COLOR", ""),
+    Pass(CATCHER_BACKDROP, CATCHER_BACKDROP, "", "RGB", "COLOR", ""),
     Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", "", own="use_pass_denoising"),
     Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", "", own="use_pass_denoising"),
     # Last, since they are no sums.
@@ -191,9 +205,16 @@ def shown_passes(names: frozenset[str], aovs: tuple[Aov, ...]) -> list[Pass]:
     return [item for item in PASSES if item.name in names] + aov_passes(aovs)
 
 
-def required_passes(names: frozenset[str], denoising: bool, aovs: tuple[Aov, ...] = ()) -> list[Pass]:
-    """The passes to accumulate, in table order: those asked for, those they are divided by, and the denoiser's."""
+def required_passes(
+    names: frozenset[str], denoising: bool, aovs: tuple[Aov, ...] = (), catchers: bool = False
+) -> list[Pass]:
+    """The passes to accumulate, in table order: those asked for, those they are divided by, and the denoiser's.
+
+    catchers: there are shadow catchers, which Combined shows unless their pass is asked for, as in Cycles.
+    """
     wanted = {"Combined", *names}
+    if catchers and SHADOW_CATCHER not in names:
+        wanted |= {SHADOW_CATCHER, BARE_CATCHER, CATCHER_BACKDROP}
     wanted |= {PASS_BY_NAME[name].divide for name in names if PASS_BY_NAME[name].divide}
     if denoising:
         wanted |= DENOISING_PASSES

@@ -214,6 +214,7 @@ class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):
                 group.prop(layer, prop, text=name)
         column.prop(layer.restir, "use_pass_volume")
         column.prop(layer.restir, "use_pass_subsurface")
+        column.prop(layer.restir, "use_pass_shadow_catcher")
         column.prop(layer.restir, "use_pass_denoising")
         column.prop(layer.restir, "use_pass_sample_count")
         visibility = column.column()

@@ -33,6 +33,7 @@ from .irradiance_cache import IrradianceCache
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
+    from .path.catchers import Catchers
     from .resampling.history import History
 
 Tile = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels of the film
@@ -81,6 +82,7 @@ class Integrator:
         self.record[0]["scatter"], self.record[0]["media"] = address(self._scatter), address(self._media)
         self.context, self.settings, self.film, self.history = context, settings, film, None
         self._warnings = scene.warnings
+        self._catchers = self._make_catchers() if film.has_catchers and scene.bare else None
         if "Visibility Estimate" in settings.passes and not carries_visibility(settings):
             text = "the pass is empty: it needs the integrator ReSTIR, its shadows reused or estimated"
             scene.warnings.add("Render", "Visibility Estimate", text)
@@ -96,11 +98,26 @@ class Integrator:
 
     def prepare(self) -> None:
         """Compile the kernels, or load them from the cache, so that the first stage starts at once."""
-        load(self.kernels() + ([merge] if self.cache else []))
+        more = [*(self._catchers.kernels if self._catchers else []), *([merge] if self.cache else [])]
+        load(self.kernels() + more)
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
         """The steps of a batch of samples."""
         raise NotImplementedError
+
+    def add_catchers(self, tile: Tile, scratch: np.ndarray, first_sample: int, samples: int) -> None:
+        """Add to a tile of the film what these samples see of shadow catchers, which `stages` see nothing of."""
+        if self._catchers:
+            self._catchers.render(tile, scratch, first_sample, samples)
+
+    def _make_catchers(self) -> Catchers:
+        from .path.catchers import Catchers  # an integrator's kernel, and this is what integrators are made of
+
+        record = self.record.copy()
+        if self.cache:
+            self._uncached = _scatter_table(self.context.scene, self.settings, None)
+            record[0]["scatter"] = address(self._uncached)
+        return Catchers(self.context, record, self.film)
 
     def end_batch(self) -> None:
         """Tell what kernels have noticed, and let them see what they have found."""

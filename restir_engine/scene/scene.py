@@ -37,11 +37,14 @@ class Scene(RecordOwner):
     Its SCENE record is of no frame in particular: what belongs to one (who looks, light tiles) is in a `FrameContext`.
     `camera` is the scene's own, as which light tables see emission that depends on the camera. `warnings` goes on: what
     a render finds wrong is added to it.
+    `bare` is the scene without what casts shadows on shadow catchers, made of the `whole` one; None: it has none.
     """
 
-    def __init__(self, description: SceneDescription, trees: Trees, before: Scene | None = None) -> None:
-        self.meshes = tuple(description.meshes)
-        self.instances = np.array(description.instances)
+    def __init__(
+        self, description: SceneDescription, trees: Trees, before: Scene | None = None, whole: Scene | None = None
+    ) -> None:
+        self.meshes = tuple(whole.meshes if whole else description.meshes)
+        self.instances = _catchers(whole.instances) if whole else np.array(description.instances)
         self.material_slots = np.array(description.material_slots, np.int32)
         self.shaders = description.shaders.layout()
         self.camera = description.camera
@@ -53,13 +56,14 @@ class Scene(RecordOwner):
         self._kept: list = [*description.instance_attributes, *description.images.arrays]
         freeze(description.instance_attributes, description.images.arrays)
         self._commit_shading(description.images.records())
-        self.meshes = displaced(self)
+        if not whole:
+            self.meshes = displaced(self)
         for mesh in self.meshes:
             mesh.freeze()
         self._commit_shutter(description)
         self._commit_geometry(trees)
         self._note_media(description.world.material)
-        if description.vectors is not None:
+        if description.vectors is not None and not whole:
             table = VectorTable(self, description.vectors)
             self._record[0]["vectors"] = table.address
             self._kept.append(table)
@@ -69,12 +73,20 @@ class Scene(RecordOwner):
         self._kept += commit_majorants(self)
         self.lights = self._commit_lights(description.lights.lamps, before)
         freeze(self._record, self.instances, self.material_slots)
+        self.bare = None
+        if not whole and self.has_catchers:
+            self.bare = Scene(description, trees, before and before.bare, whole=self)
         self._committed = True
 
     def __setattr__(self, name: str, value: object) -> None:
         if "_committed" in self.__dict__:
             raise AttributeError(f"a committed scene does not change: {name}")
         super().__setattr__(name, value)
+
+    @property
+    def has_catchers(self) -> bool:
+        """Whether there are shadow catchers."""
+        return has_catchers(self.instances)
 
     def _share(self, field: str, array: np.ndarray) -> None:
         freeze(array)
@@ -252,6 +264,19 @@ class Scene(RecordOwner):
         if record["flags"] & rec.SCENE_HAS_MEDIA and beside.any():
             record["flags"] |= rec.SCENE_HAS_PIVOTS
         return table
+
+
+def has_catchers(instances: np.ndarray) -> bool:
+    """Whether an INSTANCE array has shadow catchers."""
+    return bool((instances["flags"] & rec.INSTANCE_SHADOW_CATCHER).any())
+
+
+def _catchers(instances: np.ndarray) -> np.ndarray:
+    """INSTANCE array in whose rows there is nothing, no material either, but where a shadow catcher is."""
+    result = instances.copy()
+    others = result["flags"] & rec.INSTANCE_SHADOW_CATCHER == 0
+    result["seen_by"][others] = result["n_materials"][others] = 0
+    return result
 
 
 def _placed(mesh: Shape, bottom: ShapeScene | None, transform: np.ndarray, mask: int, trees: Trees) -> Placed:

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ..kernels.core.memory import address
-from ..kernels.core.records import DOMAIN_MESH, INSTANCE_SHADOW_CATCHER, MATERIAL_SUBSURFACE
+from ..kernels.core.records import DOMAIN_MESH, MATERIAL_SUBSURFACE
 from ..scene import names
 from ..scene.camera import Camera
 from ..scene.description import SceneDescription
@@ -260,8 +260,6 @@ class _Reader:
         if steps and deforms:
             deforms = self._deforms(item, data, mesh, read == self._hair)
         flags = instance_flags(instance, self.view_layer)
-        if flags & INSTANCE_SHADOW_CATCHER:
-            self.scene.warnings.add("Object", item.name, "shadow catchers are rendered as ordinary objects")
         return _Placed(
             mesh=mesh,
             materials=self._slot_start(materials),

@@ -40,7 +40,6 @@ PASSES = (
     LeftOut("cycles.use_pass_volume_scatter", "Volume Scatter"),
     LeftOut("cycles.use_pass_volume_transmit", "Volume Transmit"),
     LeftOut("cycles.use_pass_volume_majorant", "Volume Majorant"),
-    LeftOut("cycles.use_pass_shadow_catcher", "Shadow Catcher"),
     LeftOut("cycles.pass_debug_sample_count", "Debug Sample Count"),
     LeftOut("cycles.pass_render_time", "Render Time"),
 )
@@ -50,6 +49,7 @@ OWN_PASSES = {
         LeftOut("cycles.use_pass_volume_direct", "Volume Direct"),
         LeftOut("cycles.use_pass_volume_indirect", "Volume Indirect"),
     ),
+    "use_pass_shadow_catcher": (LeftOut("cycles.use_pass_shadow_catcher", "Shadow Catcher"),),
     "use_pass_denoising": (LeftOut("cycles.denoising_store_passes", "Denoising Data"),),
 }
 LIGHT = (LeftOut("cycles.is_caustics_light", "shadow caustics are left out: caustics are found by chance alone"),)

@@ -22,6 +22,7 @@ from ...kernels.lights.linking import EVERYTHING, reaches
 from ...kernels.lights.world import world_pdf, world_radiance
 from ...kernels.path.state import COUNTED, FAR, hit_weight, next_after
 from ...kernels.volume.calls import through_media
+from .caught import behind_catcher
 
 
 @inlined
@@ -72,6 +73,8 @@ def add_world(scene, integrator, film, scratch, path, sp):
         if not wants_backdrop(film):
             return
         kind = BACKDROP
+    if path.background_visible > 0:
+        behind_catcher(scene, film, scratch, path, sp)
     if scene.world_material >= 0 and wants_aovs(film, path):
         point = shadow_point(scratch, sp)
         world_point(scene, point, d)

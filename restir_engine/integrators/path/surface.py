@@ -17,9 +17,10 @@ from ...kernels.film.contribute import let_through
 from ...kernels.film.surface_passes import aov_passes, surface_passes
 from ...kernels.geometry.surface import surface_point
 from ...kernels.lobes import bsdf_blur
-from ...kernels.path.state import ENDS, FAR, GOES_ON, LAST, LAST_BEFORE_SURFACE, SHADES, pass_through, roulette
+from ...kernels.path.state import ENDS, FAR, GOES_ON, LAST, LAST_BEFORE_SURFACE, roulette
 from ...kernels.shading.interpreter import shader_eval
 from ...kernels.volume.calls import pass_boundary
+from .caught import light_or_leave, meet_catcher
 from .emission import add_surface_emission
 
 
@@ -35,6 +36,7 @@ def meet_surface(scene, integrator, film, scratch, path, sp, t, instance, primit
     material = material_at(scene.materials, sp.material).flags
     if material & MATERIAL_MEDIUM and pass_boundary(scene, scratch, path, sp):
         return GOES_ON
+    meet_catcher(scene, film, scratch, path, sp)
     weight = roulette(integrator, path)
     if weight == 0.0:
         sp.ray_flags |= RAY_LAST
@@ -49,7 +51,7 @@ def meet_surface(scene, integrator, film, scratch, path, sp, t, instance, primit
         return ENDS
     put(path.throughput, scale(vec(path.throughput), weight))
     surface_passes(scene, integrator, film, path, sp)
-    return pass_through(integrator, path, sp, vec(sp.transparent)) if path.last else SHADES
+    return light_or_leave(integrator, film, path, sp)
 
 
 @inlined

@@ -28,7 +28,8 @@ from ...scene.camera import Camera
 from ...scene.scene import Scene
 from ...settings import RenderSettings, required_passes
 from ..base import Integrator, Stage
-from ..path.integrator import PathIntegrator, render_tile
+from ..path.integrator import PathIntegrator
+from ..path.tile import render_tile
 from ..resampling.history import History
 from ..techniques.direct.candidates import candidates_tile
 from ..techniques.subsurface.layer import resamples_subsurface

@@ -99,7 +99,13 @@ class RestirIntegrator(Integrator):
             shade = partial(self.paths.light, self, frame)
         below = self._subsurface_stages(first_sample) if self.subsurface else []
         steps = [self._fill(first_sample), Stage(partial(self._gbuffer, first_sample, frame)), Stage(candidates)]
-        return [*steps, *reuse, *below, Stage(shade), Stage(partial(self._film, frame), finish=self._finish)]
+        return [
+            *steps,
+            *reuse,
+            *below,
+            Stage(shade),
+            Stage(partial(self._film, first_sample, frame), finish=self._finish),
+        ]
 
     def _by_tiles(self, sample: int) -> list[Stage]:
         """The steps of a frame, those of each tile one after the other."""
@@ -110,7 +116,7 @@ class RestirIntegrator(Integrator):
             self._gbuffer(sample, frame, tile, scratch)
             self._candidates(LAST, frame, tile, scratch)
             self._shade(frame, tile, scratch)
-            self._film(frame, tile, scratch)
+            self._film(sample, frame, tile, scratch)
 
     def _frame_seed(self, sample: int) -> int:
         return frame_seed(self._seed, sample)
@@ -172,5 +178,6 @@ class RestirIntegrator(Integrator):
         companion = (frame.companion.address, *self.subsurface.shading) if self.subsurface else (0, 0, 0)
         shade_tile(*args, address(scratch), self.reuse.settings.exit_lights, *companion, *tile)
 
-    def _film(self, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
+    def _film(self, sample: int, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
         film_tile(self.film.record, frame.record, *tile)
+        self.add_catchers(tile, scratch, sample, 1)

@@ -74,7 +74,7 @@ def contribute(integrator, film, path, value, what):
     """
     if is_black(value):
         return
-    if path.taker != 0 and what.kind != BACKDROP:
+    if path.taker != 0 and what.kind != BACKDROP and path.caught == 0:
         taker = taker_at(path.taker, 0)
         put(taker.value, value)
         taker.light_pdf = what.light_pdf
@@ -95,8 +95,21 @@ def contribute(integrator, film, path, value, what):
 
 @inlined
 def let_through(film, path, share):
-    """A share of the path sees what is behind the picture: the sum in Combined's alpha channel is what is missing."""
-    add1(path.pixel, film.combined + 3, share * average(vec(path.throughput)))
+    """A share of the path sees what is behind the picture: the sum in the alpha channel is what is missing."""
+    if film.alpha >= 0:
+        add1(path.pixel, film.alpha, share * average(vec(path.throughput)))
+
+
+@inlined
+def add_backdrop(film, path, radiance):
+    """Add the world where a shadow catcher lies before it; see `integrators.path.catchers`."""
+    add3(path.pixel, film.backdrop, mul(vec(path.throughput), radiance))
+
+
+@inlined
+def is_wanted(film, path):
+    """Whether the film takes what a path may still find, but for what it sees straight ahead."""
+    return (film.caught if path.caught != 0 else film.combined) >= 0
 
 
 @inlined
@@ -122,6 +135,9 @@ def _add_to_pixel(film, path, c, what, bounces):
     """Add a contribution to Combined and to the passes that it belongs to."""
     if what.kind == BACKDROP:
         add3(path.pixel, film.environment, c)
+        return
+    if path.caught != 0:
+        add3(path.pixel, film.caught, c)
         return
     add3(path.pixel, film.combined, c)
     if bounces == 0:

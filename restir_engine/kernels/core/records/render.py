@@ -44,6 +44,9 @@ FILM = record(
     "crypto_material",
     "crypto_asset",
     "aovs",  # the first channel of what programs write, see kernels.film.surface_passes.write_aovs
+    "alpha",  # what paths see of what is behind the picture: Combined's last channel
+    "caught",  # light of paths that a shadow catcher has caught, see integrators.path.catchers
+    "backdrop",  # the world behind catchers
     # Bits for the integrator: whether any pass of a kind is wanted.
     "light_passes",
     "data_passes",
@@ -96,6 +99,7 @@ PATH = record(
     "boundaries",  # invisible boundaries of media that were passed
     "dimension",  # first random dimension of the current vertex
     "background_visible",  # nothing but transparency so far: alpha and data passes are still written
+    "caught",  # 1: what was seen first, but for transparency, is a shadow catcher
     "data_done",
     "denoise",  # denoising features are still to be written
     "last",  # no more lobes: only emission and transparency

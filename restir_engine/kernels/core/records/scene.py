@@ -93,6 +93,7 @@ SCENE = record(
     "camera_in_media",  # 1: camera rays may start inside a medium
     "shutter",  # SHUTTER; 0: what is seen is one moment
     "vectors",  # VECTORS; 0: the pass Vector is not asked for
+    "caught",  # the SCENE in which paths go on that a shadow catcher has caught; 0: this one
     # What belongs to a path, in the copy of this record that a tile has (records.scratch.tile_scene).
     ("time", 1),  # 0: the shutter opens, 1: it closes
     "placed",  # address of PLACED [PLACES]: instances that move, as they are at some time; 0: all are at their middle

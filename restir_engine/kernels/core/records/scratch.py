@@ -81,6 +81,14 @@ def tile_scene(scene, scratch, which):
 
 
 @inlined
+def go_over(scene, other):
+    """Make the tile's own copy of a SCENE one of the SCENE at an address, at the same time."""
+    time, placed = scene.time, scene.placed
+    copy_words(record_address(scene), other, _SCENE_WORDS)
+    scene.time, scene.placed = time, placed
+
+
+@inlined
 def tile_camera(camera, scratch, which):
     """The tile's own copy of a CAMERA, which moves with time."""
     own = scratch + SCRATCH_CAMERAS + which * _CAMERA_BYTES

@@ -1,0 +1,52 @@
+"""What becomes of a path that sees a shadow catcher; what is made of it, and why: docs/shadow-catchers.md."""
+
+from ...kernels.core.jit import device, inlined
+from ...kernels.core.records import INSTANCE_HOLDOUT, INSTANCE_SHADOW_CATCHER, instance_at
+from ...kernels.core.records.scratch import go_over
+from ...kernels.core.vec import vec
+from ...kernels.film.contribute import add_backdrop, is_wanted, let_through
+from ...kernels.lights.world import world_radiance
+from ...kernels.path.state import ENDS, LIT, SHADES, pass_through
+
+
+@inlined
+def meet_catcher(scene, film, scratch, path, sp):
+    """Let the path be caught where it is the first to see a shadow catcher at sp."""
+    flags = instance_at(scene.instances, sp.instance).flags
+    catches = flags & (INSTANCE_SHADOW_CATCHER | INSTANCE_HOLDOUT) == INSTANCE_SHADOW_CATCHER
+    if catches and path.background_visible > 0 and path.caught == 0:
+        _catch(scene, film, scratch, path, sp)
+
+
+@device
+def _catch(scene, film, scratch, path, sp):
+    """Make the catcher invisible in Combined, and let the path go on in the scene that is meant for it."""
+    if film.combined >= 0:
+        let_through(film, path, 1.0)
+    path.caught = 1
+    behind_catcher(scene, film, scratch, path, sp)
+    if scene.caught != 0:
+        go_over(scene, scene.caught)
+
+
+@inlined
+def behind_catcher(scene, film, scratch, path, sp):
+    """Add the world that lies straight ahead, where the film wants that."""
+    if film.backdrop >= 0:
+        add_backdrop(film, path, world_radiance(scene, scratch, sp, vec(path.o), vec(path.d)))
+
+
+@inlined
+def light_or_leave(integrator, film, path, sp):
+    """The next event of a path whose surface at sp has been shaded.
+
+    Where the film is for caught paths alone, one that may still be caught goes straight on through what is
+    transparent; others have nothing to find.
+    """
+    if is_wanted(film, path):
+        return pass_through(integrator, path, sp, vec(sp.transparent)) if path.last else SHADES
+    if path.caught != 0 or path.background_visible == 0:
+        return ENDS
+    if path.last or integrator.seen_through < 0.0:
+        return pass_through(integrator, path, sp, vec(sp.transparent))
+    return LIT
