@@ -69,7 +69,6 @@ REASONS = {
 # Of those that are read: they are warned of, or change how the world is sampled, which needs more than two samples.
 NOT_SEEN = {
     "Light.cycles.is_portal",
-    "Object.is_shadow_catcher",
     "Material.displacement_method",
     "World.cycles.sample_map_resolution",
 }

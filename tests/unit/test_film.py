@@ -16,7 +16,9 @@ def film_with(names, samples=4):
 
 def test_every_pass_that_kernels_write_has_a_field_in_the_film_record():
     fieldless = [item for item in PASSES if item.field not in rec.FILM.names]
-    assert [item.name for item in fieldless if not item.slots] == ["Visibility Estimate", "Debug Sample Count"]
+    catchers = ["Shadow Catcher", "Bare Catcher", "Catcher Backdrop"]  # in records of their own: Film.caught_record
+    names = [item.name for item in fieldless if not item.slots]
+    assert names == ["Visibility Estimate", "Debug Sample Count", *catchers]
     assert all(item.name[-2:] != "00" for item in fieldless)  # the first pass of a kind stands for all its slots
     assert all(item.kind in ("VALUE", "VECTOR", "COLOR") for item in PASSES)
 
@@ -38,6 +40,31 @@ def test_light_passes_are_divided_by_colour_and_black_colour_gives_black():
     film.sums("Diffuse Color")[0] = 1.5
     result = film.pass_array("Diffuse Direct")
     assert (result[0] == 4.0).all() and (result[1] == 0.0).all()
+
+
+@pytest.mark.parametrize("transparent", [True, False])
+def test_combined_shows_shadows_on_catchers_unless_their_pass_is_asked_for(transparent):
+    """A pixel that an object covers by a quarter, before a catcher with half the light, twice the red."""
+    for names in ((), ("Shadow Catcher",)):
+        passes = required_passes(frozenset(names), False, catchers=True)
+        film = Film(1, 1, passes, exposure=2.0, transparent=transparent)
+        film.samples = 4
+        film.sums("Combined")[:] = (1.0, 2.0, 3.0, 3.0)
+        film.sums("Bare Catcher")[:] = (1.0, 1.0, 0.0, 0.0)
+        film.sums("Shadow Catcher")[:] = (0.6, 0.2, 0.5)
+        if not names:
+            film.sums("Catcher Backdrop")[:] = 0.0 if transparent else 2.0
+        assert film.pass_array("Shadow Catcher")[0, 0] == pytest.approx([0.6, 0.2, 1.0])
+        seen = 0.75 * 0.6
+        shown = [0.5, 1.0, 1.5, 1.0 - seen] if transparent else [*(np.array([0.5, 1.0, 1.5]) + seen), 1.0]
+        assert film.pass_array("Combined")[0, 0] == pytest.approx([0.5, 1.0, 1.5, 0.25] if names else shown)
+
+
+def test_what_is_seen_through_a_catcher_is_not_darkened():
+    film = Film(1, 1, required_passes(frozenset(), False, catchers=True))
+    film.samples = 4
+    film.sums("Bare Catcher")[:] = (1.0, 1.0, 1.0, 3.0)
+    assert film.pass_array("Shadow Catcher")[0, 0] == pytest.approx([0.75] * 3)
 
 
 def test_depth_of_nothing_is_far():

@@ -24,7 +24,7 @@ def test_kernels_and_entries_are_found_by_name():
     for unit, name in ((digest.murmur3, NAME), (math_ops.math_op, "kernels.shading.math_ops:math_op")):
         assert jit.name_of(unit) == name and jit.named(name) is unit
     names = jit.all_units()
-    assert NAME in names and "integrators.path.integrator:render_tile" in names
+    assert NAME in names and "integrators.path.tile:render_tile" in names
     assert all(jit.is_unit(jit.named(name)) for name in names)
     assert "kernels.core.memory:copy_words" not in names  # kernels contain it
 

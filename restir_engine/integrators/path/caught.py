@@ -4,7 +4,7 @@ from ...kernels.core.jit import device, inlined
 from ...kernels.core.records import INSTANCE_HOLDOUT, INSTANCE_SHADOW_CATCHER, instance_at
 from ...kernels.core.records.scratch import go_over
 from ...kernels.core.vec import vec
-from ...kernels.film.contribute import add_backdrop, is_wanted, let_through
+from ...kernels.film.contribute import add_world_behind, catch, is_wanted, wants_world_behind
 from ...kernels.lights.world import world_radiance
 from ...kernels.path.state import ENDS, LIT, SHADES, pass_through
 
@@ -20,10 +20,8 @@ def meet_catcher(scene, film, scratch, path, sp):
 
 @device
 def _catch(scene, film, scratch, path, sp):
-    """Make the catcher invisible in Combined, and let the path go on in the scene that is meant for it."""
-    if film.combined >= 0:
-        let_through(film, path, 1.0)
-    path.caught = 1
+    """Let the path go on as one of the catcher, in the scene that is meant for it."""
+    catch(film, path)
     behind_catcher(scene, film, scratch, path, sp)
     if scene.caught != 0:
         go_over(scene, scene.caught)
@@ -32,8 +30,8 @@ def _catch(scene, film, scratch, path, sp):
 @inlined
 def behind_catcher(scene, film, scratch, path, sp):
     """Add the world that lies straight ahead, where the film wants that."""
-    if film.backdrop >= 0:
-        add_backdrop(film, path, world_radiance(scene, scratch, sp, vec(path.o), vec(path.d)))
+    if wants_world_behind(film):
+        add_world_behind(film, path, world_radiance(scene, scratch, sp, vec(path.o), vec(path.d)))
 
 
 @inlined

@@ -101,8 +101,22 @@ def let_through(film, path, share):
 
 
 @inlined
-def add_backdrop(film, path, radiance):
-    """Add the world where a shadow catcher lies before it; see `integrators.path.catchers`."""
+def catch(film, path):
+    """A shadow catcher has caught the path: there is nothing in Combined, and what it finds is the catcher's light."""
+    if film.combined >= 0:
+        let_through(film, path, 1.0)
+    path.caught = 1
+
+
+@inlined
+def wants_world_behind(film):
+    """Whether anybody takes the world that shadow catchers lie before."""
+    return film.backdrop >= 0
+
+
+@inlined
+def add_world_behind(film, path, radiance):
+    """Add the world straight ahead, as if no shadow catcher lay before it."""
     add3(path.pixel, film.backdrop, mul(vec(path.throughput), radiance))
 
 

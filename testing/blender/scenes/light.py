@@ -283,3 +283,49 @@ def shadow_linking():
     lights[0].light_linking.blocker_collection = linked("left", left)
     lights[1].light_linking.blocker_collection = linked("veil", veil, instancer, excluded=True)
     lights[2].light_linking.blocker_collection = linked("right", right)
+
+
+def caught() -> None:
+    """A floor that catches the shadows of a box, of a red wall that shines on it, and of a lamp of the picture's."""
+    kit.floor().is_shadow_catcher = True
+    kit.put("cube", kit.diffuse((0.8, 0.1, 0.1)), (-1.3, 0.6, 0.7), 0.7, rotation=(0, 0, 30))
+    kit.put("ball", kit.emission((0.2, 0.5, 1.0), 3.0), (1.5, 0.5, 0.4), 0.4)
+    kit.light("SUN", 3.0, (3, -2, 4), angle=math.radians(5))
+    kit.world(lambda node: node("Background", Color=(0.3, 0.4, 0.6)))
+
+
+@scene(1)
+def shadow_catcher():
+    """A transparent film; a catcher lies under another, and one is half transparent."""
+    caught()
+    bpy.context.scene.render.film_transparent = True
+    kit.put("plane", kit.diffuse((0.3, 0.6, 0.3)), (1.3, -1.0, 0.8), 0.6).is_shadow_catcher = True
+    half = kit.material(lambda node: node("MixShader", {1: node("BsdfDiffuse"), 2: node("BsdfTransparent")}))
+    kit.put("plane", half, (-1.5, -1.5, 0.6), 0.7).is_shadow_catcher = True
+
+
+@scene(1)
+def shadow_catcher_before_world():
+    """The world is visible, behind a veil too; a holdout and a mirror stand on the floor."""
+    caught()
+    kit.hdri("courtyard", 0.7, 70.0)
+    veil = kit.material(lambda node: node("BsdfTransparent", Color=(0.8, 0.5, 0.5)))
+    kit.put("plane", veil, (-1.4, -2.0, 1.5), 0.6, rotation=(90, 0, 0))
+    kit.put("ball", kit.diffuse(), (0.2, -1.5, 0.4), 0.4).is_holdout = True
+    kit.put("plane", kit.principled(Metallic=1.0, Roughness=0.3), (0.5, 2.5, 1), 1.0, rotation=(90, 0, 0))
+
+
+@scene(1)
+def shadow_catcher_by_instancer():
+    """A glossy catcher that an empty makes one, under objects that cameras or shadows do not see."""
+    bpy.context.scene.render.film_transparent = True
+    floor = kit.floor(kit.principled(Roughness=0.4, Specular_IOR_Level=0.5))
+    bpy.context.scene.collection.objects.unlink(floor)
+    group = bpy.data.collections.new("Group")
+    group.objects.link(floor)
+    empty = kit.add(None)
+    empty.instance_type, empty.instance_collection, empty.is_shadow_catcher = "COLLECTION", group, True
+    kit.put("cube", kit.diffuse((0.2, 0.6, 0.2)), (-1.3, 0.6, 0.7), 0.7).visible_camera = False
+    kit.put("ball", kit.diffuse((0.2, 0.2, 0.8)), (1.2, 0.0, 0.6), 0.6).visible_shadow = False
+    kit.lamp()
+    kit.world(lambda node: node("Background", Color=(0.2, 0.2, 0.3)))
