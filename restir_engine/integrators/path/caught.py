@@ -12,37 +12,36 @@ from ...kernels.path.state import ENDS, LIT, SHADES, pass_through
 @inlined
 def meet_catcher(scene, film, scratch, path, sp):
     """Let the path be caught where it is the first to see a shadow catcher at sp."""
-    flags = instance_at(scene.instances, sp.instance).flags
-    catches = flags & (INSTANCE_SHADOW_CATCHER | INSTANCE_HOLDOUT) == INSTANCE_SHADOW_CATCHER
-    if catches and path.background_visible > 0 and path.caught == 0:
-        _catch(scene, film, scratch, path, sp)
+    if path.background_visible > 0 and path.caught == 0:
+        flags = instance_at(scene.instances, sp.instance).flags
+        if flags & (INSTANCE_SHADOW_CATCHER | INSTANCE_HOLDOUT) == INSTANCE_SHADOW_CATCHER:
+            _meet(scene, film, scratch, path, sp)
 
 
 @device
-def _catch(scene, film, scratch, path, sp):
+def _meet(scene, film, scratch, path, sp):
     """Let the path go on as one of the catcher, in the scene that is meant for it."""
     catch(film, path)
-    behind_catcher(scene, film, scratch, path, sp)
+    if wants_world_behind(film):
+        add_world_behind(film, path, world_radiance(scene, scratch, sp, vec(path.o), vec(path.d)))
     if scene.caught != 0:
         go_over(scene, scene.caught)
 
 
 @inlined
-def behind_catcher(scene, film, scratch, path, sp):
-    """Add the world that lies straight ahead, where the film wants that."""
-    if wants_world_behind(film):
-        add_world_behind(film, path, world_radiance(scene, scratch, sp, vec(path.o), vec(path.d)))
-
-
-@inlined
 def light_or_leave(integrator, film, path, sp):
-    """The next event of a path whose surface at sp has been shaded.
+    """The next event of a path whose surface at sp has been shaded."""
+    if not is_wanted(film, path):
+        return _look_for_catchers(integrator, film, path, sp)
+    return pass_through(integrator, path, sp, vec(sp.transparent)) if path.last else SHADES
 
-    Where the film is for caught paths alone, one that may still be caught goes straight on through what is
-    transparent; others have nothing to find.
+
+@device
+def _look_for_catchers(integrator, film, path, sp):
+    """`light_or_leave` where the film does not take what the path finds.
+
+    One that may still be caught goes straight on through what is transparent; others end.
     """
-    if is_wanted(film, path):
-        return pass_through(integrator, path, sp, vec(sp.transparent)) if path.last else SHADES
     if path.caught != 0 or path.background_visible == 0:
         return ENDS
     if path.last or integrator.seen_through < 0.0:

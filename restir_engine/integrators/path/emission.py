@@ -9,6 +9,7 @@ from ...kernels.film.contribute import (
     ENVIRONMENT,
     IN_WORLD,
     ON_SURFACE,
+    add_world_behind,
     contribute,
     found,
     let_through,
@@ -22,7 +23,6 @@ from ...kernels.lights.linking import EVERYTHING, reaches
 from ...kernels.lights.world import world_pdf, world_radiance
 from ...kernels.path.state import COUNTED, FAR, hit_weight, next_after
 from ...kernels.volume.calls import through_media
-from .caught import behind_catcher
 
 
 @inlined
@@ -73,13 +73,13 @@ def add_world(scene, integrator, film, scratch, path, sp):
         if not wants_backdrop(film):
             return
         kind = BACKDROP
-    if path.background_visible > 0:
-        behind_catcher(scene, film, scratch, path, sp)
     if scene.world_material >= 0 and wants_aovs(film, path):
         point = shadow_point(scratch, sp)
         world_point(scene, point, d)
         aov_passes(scene, film, path, point)
     radiance = world_radiance(scene, scratch, sp, vec(path.o), d)
+    if path.background_visible > 0:
+        add_world_behind(film, path, radiance)
     pdf = world_pdf(scene, sp, d) if path.mis_pdf > 0.0 else 0.0
     _add_found(integrator, film, path, radiance, pdf, kind, IN_WORLD)
 
