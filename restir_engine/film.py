@@ -152,9 +152,9 @@ class Film(RecordOwner):
     def _catcher_factor(self) -> np.ndarray:
         """Light on catchers over that without objects, (height, width, 3): 1 where there is none, or no catcher."""
         bare = self.sums(BARE_CATCHER)
-        seen, light = np.clip(1.0 - bare[..., 3:] / self._samples_of_pixels(), 0.0, 1.0), bare[..., :3]
+        light, through = bare[..., :3], bare[..., 3:] / np.asarray(self._samples_of_pixels(), np.float32)
         factor = np.divide(self.sums(SHADOW_CATCHER), light, out=np.ones_like(light), where=light > 0.0)
-        return 1.0 + seen * (factor - 1.0)
+        return 1.0 + np.clip(1.0 - through, 0.0, 1.0) * (factor - 1.0)
 
     def _show_catchers(self, combined: np.ndarray) -> None:
         """Put the shadows on catchers into Combined, as Cycles does; see docs/shadow-catchers.md."""

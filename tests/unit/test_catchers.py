@@ -53,6 +53,7 @@ def test_the_pass_is_the_ratio_of_two_plain_renders(plain, way):
     assert tops.sum() > 200 and factor[tops].min() < 0.2 and factor[tops].max() > 1.2
     np.testing.assert_allclose(factor[tops], whole[tops] / bare[tops], rtol=2e-4)
     assert (combined[tops] == 0.0).all()
+    assert factor.dtype == combined.dtype == np.float32  # Blender takes nothing else
 
 
 def test_what_is_no_catcher_looks_as_it_does_without_any(plain):
