@@ -306,18 +306,17 @@ def shadow_catcher():
 
 @scene(1)
 def shadow_catcher_before_world():
-    """The world is visible, behind a veil too; a holdout and a mirror stand on the floor."""
+    """The world is visible, behind a veil too; a holdout stands on the floor."""
     caught()
     kit.hdri("courtyard", 0.7, 70.0)
     veil = kit.material(lambda node: node("BsdfTransparent", Color=(0.8, 0.5, 0.5)))
     kit.put("plane", veil, (-1.4, -2.0, 1.5), 0.6, rotation=(90, 0, 0))
     kit.put("ball", kit.diffuse(), (0.2, -1.5, 0.4), 0.4).is_holdout = True
-    kit.put("plane", kit.principled(Metallic=1.0, Roughness=0.3), (0.5, 2.5, 1), 1.0, rotation=(90, 0, 0))
 
 
 @scene(1)
 def shadow_catcher_by_instancer():
-    """A glossy catcher that an empty makes one, under objects that cameras or shadows do not see."""
+    """A glossy catcher that an empty makes one, with objects that cameras or shadows do not see, and a mirror."""
     bpy.context.scene.render.film_transparent = True
     floor = kit.floor(kit.principled(Roughness=0.4, Specular_IOR_Level=0.5))
     bpy.context.scene.collection.objects.unlink(floor)
@@ -327,5 +326,6 @@ def shadow_catcher_by_instancer():
     empty.instance_type, empty.instance_collection, empty.is_shadow_catcher = "COLLECTION", group, True
     kit.put("cube", kit.diffuse((0.2, 0.6, 0.2)), (-1.3, 0.6, 0.7), 0.7).visible_camera = False
     kit.put("ball", kit.diffuse((0.2, 0.2, 0.8)), (1.2, 0.0, 0.6), 0.6).visible_shadow = False
+    kit.put("plane", kit.principled(Metallic=1.0, Roughness=0.3), (0.5, 2.5, 1), 1.0, rotation=(90, 0, 0))
     kit.lamp()
     kit.world(lambda node: node("Background", Color=(0.2, 0.2, 0.3)))
