@@ -316,7 +316,7 @@ def shadow_catcher_before_world():
 
 @scene(1)
 def shadow_catcher_by_instancer():
-    """A glossy catcher that an empty makes one, with objects that cameras or shadows do not see, and a mirror."""
+    """A glossy catcher that an empty makes one, under objects that cameras or shadows do not see."""
     bpy.context.scene.render.film_transparent = True
     floor = kit.floor(kit.principled(Roughness=0.4, Specular_IOR_Level=0.5))
     bpy.context.scene.collection.objects.unlink(floor)
@@ -326,6 +326,5 @@ def shadow_catcher_by_instancer():
     empty.instance_type, empty.instance_collection, empty.is_shadow_catcher = "COLLECTION", group, True
     kit.put("cube", kit.diffuse((0.2, 0.6, 0.2)), (-1.3, 0.6, 0.7), 0.7).visible_camera = False
     kit.put("ball", kit.diffuse((0.2, 0.2, 0.8)), (1.2, 0.0, 0.6), 0.6).visible_shadow = False
-    kit.put("plane", kit.principled(Metallic=1.0, Roughness=0.3), (0.5, 2.5, 1), 1.0, rotation=(90, 0, 0))
     kit.lamp()
     kit.world(lambda node: node("Background", Color=(0.2, 0.2, 0.3)))
