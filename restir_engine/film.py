@@ -51,11 +51,22 @@ class Film(RecordOwner):
             if item.field:
                 record[item.field] = self._offsets[item.name]
         record["aovs"] = next((self._offsets[item.name] for item in self.passes if item.aov), -1)
-        record["active"] = 0
+        record["groups"] = next((self._offsets[item.name] for item in self.passes if item.light_group), -1)
+        record["active"] = record["light_groups"] = 0
         record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
         record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
         record["crypto_slots"] = 2 * max(map(len, self._slots.values()))
         record["data_passes"] = any((item.field or item.aov) and not item.light for item in self.passes)
+
+    @property
+    def has_light_groups(self) -> bool:
+        """Whether there are passes of light groups."""
+        return bool(self._record[0]["groups"] >= 0)
+
+    def know_light_groups(self, table: np.ndarray) -> None:
+        """Tell kernels what belongs to which light group, where there are passes of them; LIGHT_GROUPS (1,)."""
+        if self.has_light_groups:
+            self._record[0]["light_groups"] = address(table)
 
     def count_pixels(self) -> None:
         """Count the samples of each pixel from now on; all are active."""

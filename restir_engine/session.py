@@ -120,7 +120,7 @@ class Session:
         self._integrator: Integrator | None = None
         self.status = Status(total=settings.samples)
         width, height = self.camera.film_size
-        passes = required_passes(settings.passes, settings.use_denoising, settings.aovs)
+        passes = required_passes(settings.passes, settings.use_denoising, settings.aovs, settings.light_groups)
         self.film = Film(width, height, passes, settings.film_exposure)
         self.denoised: np.ndarray | None = None
         self._cancel = threading.Event()
