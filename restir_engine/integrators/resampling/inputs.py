@@ -123,10 +123,11 @@ def light_by_group(frame, pixel):
 def clear_groups(frame, reuse, pixel):
     """Begin to note by light group what lights a pixel, in the channels that the reservoirs are for."""
     if frame.light_groups != 0:
+        light = light_by_group(frame, pixel)
         for group in range(light_groups_at(frame.light_groups, 0).count):
             for k in range(3):
                 if reuse.channel < 0 or k == reuse.channel:
-                    store_f32(light_by_group(frame, pixel), 3 * group + k, 0.0)
+                    store_f32(light, 3 * group + k, 0.0)
 
 
 @device

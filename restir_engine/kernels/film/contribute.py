@@ -144,6 +144,12 @@ def let_through(film, path, share):
 
 
 @inlined
+def sample_group(film, ls):
+    """The number of the light group of a LIGHT_SAMPLE, NO_GROUP where nobody asks."""
+    return light_group(film.light_groups, ls.light, ls.instance) if film.light_groups != 0 else NO_GROUP
+
+
+@inlined
 def point_group(groups, source, primitive):
     """The number of the light group of a light's point (kernels.lights.points); groups: LIGHT_GROUPS, 0: NO_GROUP."""
     if groups == 0:
@@ -155,8 +161,8 @@ def point_group(groups, source, primitive):
 
 @inlined
 def wants_backdrop(film):
-    """Whether anybody takes the world behind a transparent film: its light group has it too, as in Cycles."""
-    return film.environment >= 0 or film.groups >= 0
+    """Whether anybody takes the world behind a transparent film; if so, its light group does too, as in Cycles."""
+    return film.environment >= 0
 
 
 @inlined

@@ -10,7 +10,7 @@ whose W is an estimate where it has been resampled from a tile (ReSTIR PT Enhanc
 from ....kernels.core.jit import inlined, outcome_entry
 from ....kernels.core.records import LIGHT_SAMPLE_DELTA, integrator_at, light_sample_in, path_at
 from ....kernels.core.vec import LARGEST_RADIANCE, add, max3, mul, put, scale, sub, vec
-from ....kernels.film.contribute import NO_GROUP, light_group
+from ....kernels.film.contribute import sample_group
 from ....kernels.lights import point_of_sample
 from ....kernels.lobes import label_pdf
 from ....kernels.lobes.classes import Lobes, lobe_scale, lobe_sum, put_lobes
@@ -147,7 +147,7 @@ def take_light_sample(scene, film, scratch, walk, path, sp, f, pdf, v, part):
     """Stream the LIGHT_SAMPLE in scratch, which f sends on from sp; v: how much of it arrives, part: of the mean."""
     ls = light_sample_in(scratch)
     r = path_reservoir_at(connection_of(walk), 0)
-    r.light_group = light_group(film.light_groups, ls.light, ls.instance) if film.light_groups != 0 else NO_GROUP
+    r.light_group = sample_group(film, ls)
     is_delta = ls.flags & LIGHT_SAMPLE_DELTA != 0
     m = 1.0 if is_delta else mis_weight(ls.mis_pdf, pdf)
     light = scale(mul(vec(ls.radiance), v), 1.0 / ls.point_pdf)
