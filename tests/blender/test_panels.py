@@ -35,6 +35,13 @@ class Layout:
         self.drawn.append(prop)
         self.operator(name)
 
+    def prop_search(self, data, name: str, search_data, search_name: str, **_options) -> None:
+        assert search_name in search_data.bl_rna.properties
+        self.prop(data, name)
+
+    def menu(self, name: str, **_options) -> None:
+        assert hasattr(bpy.types, name)
+
     def template_node_view(self, tree, node, socket) -> None:
         self.drawn.append(socket.name)
 
