@@ -149,6 +149,7 @@ def test_settings_come_from_properties_one_to_one(scene):
         "mist",
         "passes",
         "aovs",
+        "light_groups",
         "extra_transparent",
     }
     of_previews = {"preview_samples", "preview_sss_method", "use_preview_denoising"}
