@@ -122,7 +122,12 @@ class RestirEngine(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         """Tell Blender which passes there will be."""
-        for item in shown_passes(properties.enabled_passes(renderlayer), properties.enabled_aovs(renderlayer)):
+        shown = shown_passes(
+            properties.enabled_passes(renderlayer),
+            properties.enabled_aovs(renderlayer),
+            properties.enabled_light_groups(renderlayer),
+        )
+        for item in shown:
             self.register_pass(scene, renderlayer, pass_name(item), len(item.channels), item.channels, item.kind)
 
 
@@ -175,7 +180,8 @@ def deliver(engine: RestirEngine, result: bpy.types.RenderResult, session) -> No
     """Hand over the samples that the film has, and give the result back to Blender in any case."""
     try:
         if session.film.samples:
-            write_passes(result, session, shown_passes(session.settings.passes, session.settings.aovs))
+            settings = session.settings
+            write_passes(result, session, shown_passes(settings.passes, settings.aovs, settings.light_groups))
     finally:
         engine.end_result(result, cancel=not session.film.samples)
 

@@ -57,7 +57,8 @@ class Film(RecordOwner):
                 record[item.field] = self._offsets[item.name]
         record["alpha"] = record["combined"] + 3
         record["aovs"] = next((self._offsets[item.name] for item in self.passes if item.aov), -1)
-        record["active"] = 0
+        record["groups"] = next((self._offsets[item.name] for item in self.passes if item.light_group), -1)
+        record["active"] = record["light_groups"] = 0
         record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
         record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
         record["crypto_slots"] = 2 * max(map(len, self._slots.values()))
@@ -78,7 +79,7 @@ class Film(RecordOwner):
             record[field] = -1
         for field in ("pixels", "width", "height", "channels", "active"):
             record[field] = self._record[field]
-        for field in ("light_passes", "data_passes", "summed", "crypto_slots"):
+        for field in ("light_passes", "data_passes", "summed", "crypto_slots", "light_groups"):
             record[field] = 0
         record["caught"] = self._offsets[name]
         if name == BARE_CATCHER:
@@ -90,6 +91,16 @@ class Film(RecordOwner):
         """Sums of all light, (height, width, 3), whatever becomes of it: what adaptive sampling judges."""
         combined = self.sums("Combined")[..., :3]
         return combined + self.sums(SHADOW_CATCHER) if self.has_catchers else combined
+
+    @property
+    def has_light_groups(self) -> bool:
+        """Whether there are passes of light groups."""
+        return bool(self._record[0]["groups"] >= 0)
+
+    def know_light_groups(self, table: np.ndarray) -> None:
+        """Tell kernels what belongs to which light group, where there are passes of them; LIGHT_GROUPS (1,)."""
+        if self.has_light_groups:
+            self._record[0]["light_groups"] = address(table)
 
     def count_pixels(self) -> None:
         """Count the samples of each pixel from now on; all are active."""

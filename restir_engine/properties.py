@@ -18,7 +18,7 @@ from .denoise import find_library
 from .options import MATERIAL_OPTIONS, SCENE_OPTIONS, VIEW_LAYER_OPTIONS, Option
 from .reuse_settings import OPTIONS, ReuseSettings
 from .scene.cryptomatte import KINDS
-from .settings import MAX_CRYPTOMATTES, PASSES, Aov, Mist, RenderSettings, cryptomatte
+from .settings import MAX_CRYPTOMATTES, MOST_LIGHT_GROUPS, PASSES, Aov, Mist, RenderSettings, cryptomatte
 
 MIST_POWERS = {"LINEAR": 1.0, "QUADRATIC": 2.0, "INVERSE_QUADRATIC": 0.5}
 
@@ -118,6 +118,11 @@ def enabled_aovs(view_layer: bpy.types.ViewLayer) -> tuple[Aov, ...]:
     return tuple(Aov(aov.name, 1 if aov.type == "VALUE" else 4) for aov in view_layer.aovs if aov.is_valid)
 
 
+def enabled_light_groups(view_layer: bpy.types.ViewLayer) -> tuple[str, ...]:
+    """The names of the light groups of a view layer that have passes."""
+    return tuple(group.name for group in view_layer.lightgroups)[:MOST_LIGHT_GROUPS]
+
+
 def mist(world: bpy.types.World | None) -> Mist:
     """What a world says of the pass Mist."""
     if world is None:
@@ -154,6 +159,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "sss_irradiance_cache": own.sss_irradiance_cache and not is_blurred(scene, view_layer),
             "passes": enabled_passes(view_layer) - ({"Vector"} if is_blurred(scene, view_layer) else set()),
             "aovs": enabled_aovs(view_layer),
+            "light_groups": enabled_light_groups(view_layer),
         }
     )
 

@@ -120,8 +120,11 @@ class Session:
         self._integrator: Integrator | None = None
         self.status = Status(total=settings.samples)
         width, height = self.camera.film_size
-        passes = required_passes(settings.passes, settings.use_denoising, settings.aovs, has_catchers(scene.instances))
-        self.film = Film(width, height, passes, settings.film_exposure, settings.film_transparent)
+        catchers = has_catchers(scene.instances)
+        asked = settings.passes, settings.use_denoising, settings.aovs, settings.light_groups
+        self.film = Film(
+            width, height, required_passes(*asked, catchers), settings.film_exposure, settings.film_transparent
+        )
         self.denoised: np.ndarray | None = None
         self._cancel = threading.Event()
 

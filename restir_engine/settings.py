@@ -75,6 +75,7 @@ class RenderSettings:
     reuse: ReuseSettings = field(default_factory=ReuseSettings)  # RESTIR
     passes: frozenset[str] = frozenset({"Combined"})
     aovs: tuple[Aov, ...] = ()
+    light_groups: tuple[str, ...] = ()  # of the view layer, at most MOST_LIGHT_GROUPS
 
 
 def carries_visibility(settings) -> bool:
@@ -101,6 +102,7 @@ class Pass:
     averaged: bool = True  # False: the first sample's value
     slots: str = ""  # the kind of Cryptomatte whose slots it holds two of
     light: bool = False  # sums of light, by kernels.film.contribute; else it describes the first surface
+    light_group: bool = False  # the light that began at members of one group
     aov: bool = False  # shader programs write it, see kernels.film.surface_passes.write_aovs
 
 
@@ -200,13 +202,26 @@ def aov_channels(aovs: tuple[Aov, ...]) -> dict[str, tuple[int, int]]:
     return {aov.name: (int(start), aov.channels) for aov, start in zip(aovs, starts, strict=False)}
 
 
-def shown_passes(names: frozenset[str], aovs: tuple[Aov, ...]) -> list[Pass]:
+MOST_LIGHT_GROUPS = 127  # a reservoir keeps the number of one in 8 bits
+
+
+def light_group_passes(names: tuple[str, ...]) -> list[Pass]:
+    """The passes of light groups, as Cycles names them; their channels follow one another in the film."""
+    found = [f"Combined_{name}" for name in names]
+    return [Pass(name, name, "", "RGB", "COLOR", "", light=True, light_group=True) for name in found]
+
+
+def shown_passes(names: frozenset[str], aovs: tuple[Aov, ...], light_groups: tuple[str, ...] = ()) -> list[Pass]:
     """The passes that Blender is given, in table order."""
-    return [item for item in PASSES if item.name in names] + aov_passes(aovs)
+    return [item for item in PASSES if item.name in names] + aov_passes(aovs) + light_group_passes(light_groups)
 
 
 def required_passes(
-    names: frozenset[str], denoising: bool, aovs: tuple[Aov, ...] = (), catchers: bool = False
+    names: frozenset[str],
+    denoising: bool,
+    aovs: tuple[Aov, ...] = (),
+    light_groups: tuple[str, ...] = (),
+    catchers: bool = False,
 ) -> list[Pass]:
     """The passes to accumulate, in table order: those asked for, those they are divided by, and the denoiser's.
 
@@ -220,7 +235,7 @@ def required_passes(
         wanted |= DENOISING_PASSES
     found = [p for p in PASSES if p.name in wanted]
     first_slots = next((k for k, item in enumerate(found) if item.slots), len(found))
-    return found[:first_slots] + aov_passes(aovs) + found[first_slots:]
+    return found[:first_slots] + aov_passes(aovs) + light_group_passes(light_groups) + found[first_slots:]
 
 
 def _blackman_harris(x: np.ndarray) -> np.ndarray:

@@ -70,10 +70,11 @@ class Integrator:
         self, context: FrameContext, settings: RenderSettings, film: Film, history: History | None = None
     ) -> None:
         scene = context.scene
+        film.know_light_groups(scene.light_groups)
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self.record = integrator_record(settings, self._table)
         self.cache = None
-        wanted = settings.sss_irradiance_cache and settings.sss_method == "HYBRID"
+        wanted = settings.sss_irradiance_cache and settings.sss_method == "HYBRID" and not settings.light_groups
         if wanted and scene.record["flags"] & SCENE_HAS_SUBSURFACE:
             self.cache = IrradianceCache(film.pixels)
             self.max_batch = 1

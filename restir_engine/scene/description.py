@@ -43,6 +43,7 @@ class SceneDescription:
         self.warnings = Warnings()
         self.manifests = Manifests()
         self.aovs: dict[str, tuple[int, int]] = {}  # name -> (first channel, how many) of what programs write
+        self.light_groups: dict[str, int] = {}  # name -> number, of those of the view layer
         self.frame = 1  # what image sequences show
         self.time = 1.0  # the frame with its fraction
         self.frames_per_second = 24.0

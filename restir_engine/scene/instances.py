@@ -73,7 +73,7 @@ def build_instances(matrices: np.ndarray, meshes: np.ndarray, **columns: np.ndar
     result = np.zeros(len(matrices), INSTANCE)
     result["mesh"] = meshes
     result["lights"] = -1
-    result["links"] = result["blockers"] = -1
+    result["links"] = result["blockers"] = result["light_group"] = -1
     result["terminator_frequency"] = 1.0
     result["volume_density"] = 1.0
     for name, values in columns.items():

@@ -40,6 +40,7 @@ def _lamp(
     links: int = -1,
     blockers: int = -1,
     object_index: int = 0,
+    light_group: int = -1,
     key: int = 0,
 ) -> np.ndarray:
     """What all kinds share. matrix: object to world, 3x4 or 4x4; a flattened axis is given a little length."""
@@ -56,6 +57,7 @@ def _lamp(
     record["links"], record["blockers"] = links, blockers
     record["max_bounces"] = max_bounces
     record["object_index"] = object_index
+    record["light_group"] = light_group
     record["key"] = key
     record["flags"] = (0 if casts_shadow else LIGHT_NO_SHADOW) | (LIGHT_HITTABLE if hittable else 0)
     record["to_world"] = matrix.ravel()

@@ -27,12 +27,14 @@ class LightTiles(RecordOwner):
     """Light tiles of a frame of a committed scene; `FrameContext` makes its light samples resampled ones by them.
 
     `entries` are TILE_ENTRY (tiles, size), `emission` float32 (tiles, groups, FIELDS, LANES) of the same points. The
-    context fills the tiles.
+    context fills the tiles. control_variates: whether light samples have one, which is the light of many lamps at once.
 
     Raises ValueError where size is no multiple of LANES.
     """
 
-    def __init__(self, scene, tiles: int = _MOST, size: int = SIZE, candidates: int = CANDIDATES) -> None:
+    def __init__(
+        self, scene, tiles: int = _MOST, size: int = SIZE, candidates: int = CANDIDATES, control_variates: bool = True
+    ) -> None:  # fmt: skip
         self.count = tiles
         groups = size // LANES
         if size % LANES or not groups:
@@ -47,5 +49,6 @@ class LightTiles(RecordOwner):
         record["entries"], record["emission"] = address(self.entries), address(self.emission)
         record["n_tiles"], record["groups"] = tiles, groups
         record["candidates"] = min(candidates, size)
+        record["control_variates"] = control_variates
         record["lamp_cdf"] = address(self._lamps)
         record["code"] = sample_tiles.address

@@ -72,7 +72,8 @@ class Scene(RecordOwner):
         self.world = self._commit_world(description, before)
         self._kept += commit_majorants(self)
         self.lights = self._commit_lights(description.lights.lamps, before)
-        freeze(self._record, self.instances, self.material_slots)
+        self.light_groups = self._group_lights(description)
+        freeze(self._record, self.instances, self.material_slots, self.light_groups)
         self.bare = None
         if not whole and self.has_catchers:
             self.bare = Scene(description, trees, before and before.bare, whole=self)
@@ -251,6 +252,15 @@ class Scene(RecordOwner):
         record["world_material"], record["world_seen_by"] = world.material, world.seen_by
         table = before.world if before and before.world.serves(self, world, before) else WorldTable(self, world)
         record["world_table"] = table.address
+        return table
+
+    def _group_lights(self, description: SceneDescription) -> np.ndarray:
+        """LIGHT_GROUPS (1,), for passes of light groups."""
+        world = description.world
+        table = np.zeros(1, rec.LIGHT_GROUPS)
+        table["count"] = len(description.light_groups)
+        table["lights"], table["instances"] = address(self.lights.lamps), address(self.instances)
+        table["world"], table["world_medium"] = world.light_group, world.medium_group
         return table
 
     def _commit_lights(self, lamps: np.ndarray, before: Scene | None) -> LightTable:

@@ -32,7 +32,8 @@ class World:
 
     material: index of its program, -1: black. map_width: pixels around the horizon of the importance map; 0: light is
     not sampled there, rays find it (right for a constant world). sun_angle: diameter of a small bright disk that is
-    somewhere in it, 0: there is none.
+    somewhere in it, 0: there is none. light_group, medium_group: the light groups of what it emits, and of what its
+    medium does; -1: none.
     """
 
     material: int = -1
@@ -41,6 +42,8 @@ class World:
     max_bounces: int = 1024
     casts_shadow: bool = True
     sun_angle: float = 0.0
+    light_group: int = -1
+    medium_group: int = -1
 
 
 class WorldTable(RecordOwner):

@@ -49,6 +49,7 @@ from .objects import (
     asset_name,
     instance_flags,
     instancer_values,
+    light_group,
     name_random,
     placed_by,
     property_value,
@@ -89,6 +90,7 @@ def read_scene(
     meshes = MeshCache() if meshes is None else meshes
     scene = SceneDescription(meshes.attribute_names)
     scene.aovs = aov_channels(settings.aovs)
+    scene.light_groups = {name: number for number, name in enumerate(settings.light_groups)}
     scene.frame = depsgraph.scene.frame_current
     render = depsgraph.scene.render
     scene.time = now = depsgraph.scene.frame_current_final
@@ -124,6 +126,7 @@ class _Placed:
     seen_by: int = 0
     flags: int = 0
     object_index: int = 0
+    light_group: int = -1
     crypto_object: float = 0.0
     crypto_asset: float = 0.0
     key: int = 0
@@ -267,6 +270,7 @@ class _Reader:
             seen_by=seen_by,
             flags=flags,
             object_index=item.pass_index,
+            light_group=light_group(self.scene, instance),
             crypto_object=self.scene.manifests.note("Object", item.name),
             crypto_asset=self.scene.manifests.note("Asset", asset_name(item)),
             key=name_key(instance) ^ int(read == self._hair),
@@ -465,6 +469,7 @@ class _Reader:
                     "seen_by",
                     "flags",
                     "object_index",
+                    "light_group",
                     "crypto_object",
                     "crypto_asset",
                     "color",

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import bpy
 
+from ..settings import MOST_LIGHT_GROUPS
+
 
 class LeftOut(NamedTuple):
     """A property by its path from the datablock, the text of the warning, and which values of it ask for something."""
@@ -30,6 +32,9 @@ WHEN_SIMPLIFIED = (
 )
 WHEN_BLURRED = (
     LeftOut("restir.sss_irradiance_cache", "the irradiance cache is left out: with motion blur, light varies in time"),
+)
+WITH_LIGHT_GROUPS = (
+    LeftOut("restir.sss_irradiance_cache", "the irradiance cache is left out: it does not tell light groups apart"),
 )
 PASSES = (
     LeftOut("use_pass_shadow", "Shadow"),
@@ -75,6 +80,8 @@ def scene_lines(scene: bpy.types.Scene, layers: list[bpy.types.ViewLayer]) -> It
         yield from (("Scene", scene.name, text) for text in asked(scene, WHEN_SIMPLIFIED))
     if scene.render.use_motion_blur and any(layer.use_motion_blur for layer in layers):
         yield from (("Scene", scene.name, text) for text in asked(scene, WHEN_BLURRED))
+    if any(layer.lightgroups for layer in layers):
+        yield from (("Scene", scene.name, text) for text in asked(scene, WITH_LIGHT_GROUPS))
     if scene.world is not None:
         yield from (("World", scene.world.name, text) for text in asked(scene.world, WORLD))
     for layer in layers:
@@ -83,7 +90,8 @@ def scene_lines(scene: bpy.types.Scene, layers: list[bpy.types.ViewLayer]) -> It
             if not getattr(getattr(layer, "restir", None), own, False):
                 names += [f"{name} (its switch is under ReSTIR)" for name in asked(layer, switches)]
         names += [f"AOV {aov.name} (another pass has this name)" for aov in layer.aovs if not aov.is_valid]
-        names += [f"Light Group {group.name}" for group in layer.lightgroups]
+        too_many = [group.name for group in layer.lightgroups][MOST_LIGHT_GROUPS:]
+        names += [f"Light Group {name} (there are more than {MOST_LIGHT_GROUPS})" for name in too_many]
         if names:
             yield "View Layer", layer.name, f"passes that are left out: {', '.join(names)}"
 

@@ -8,6 +8,7 @@ from ..kernels.core import records as rec
 from ..kernels.core.vec import LARGEST_RADIANCE
 from ..scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
 from .identity import identity
+from .objects import light_group
 
 _DIAMETERS = {"SQUARE": (False, False), "RECTANGLE": (False, True), "DISK": (True, False), "ELLIPSE": (True, True)}
 
@@ -36,6 +37,7 @@ def sync_light(scene, instance, materials, seen_by: int) -> bool:
         "casts_shadow": light.use_shadow,
         "hittable": getattr(settings, "use_multiple_importance_sampling", True),
         "object_index": item.pass_index,
+        "light_group": light_group(scene, instance),
         "key": identity(instance),
         "normalize": light.normalize,
     }

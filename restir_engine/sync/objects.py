@@ -60,6 +60,15 @@ def instance_flags(instance, view_layer) -> int:
     return flags | (INSTANCE_SHADOW_CATCHER if catches else 0)
 
 
+def light_group(scene, instance) -> int:
+    """The number of the light group of an entry of `depsgraph.object_instances`, -1: none.
+
+    That which its object names, or else its instancer; the view layer may not have it.
+    """
+    name = instance.object.lightgroup or (instance.parent.lightgroup if instance.parent else "")
+    return scene.light_groups.get(name, -1)
+
+
 def asset_name(item) -> str:
     """What Cryptomatte takes for the asset that an object is part of: its topmost parent."""
     while item.parent is not None:

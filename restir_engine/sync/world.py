@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import bpy
 import numpy as np
 
 from ..kernels.core import records as rec
@@ -33,6 +34,9 @@ def sync_world(scene, depsgraph, materials) -> None:
         return
     settings = getattr(world, "cycles", None)
     target = scene.world
+    target.light_group = scene.light_groups.get(world.lightgroup, -1)
+    # Before, Cycles forgot what emits in the world's medium.
+    target.medium_group = target.light_group if bpy.app.version >= (5, 0, 0) else -1
     target.material = materials.compile_world(world)
     target.max_bounces = getattr(settings, "max_bounces", 1024)
     target.casts_shadow = getattr(settings, "use_shadows", True)

@@ -5,6 +5,7 @@ import pytest
 
 from restir_engine import warning_log
 from restir_engine.scene.warnings import Warnings
+from restir_engine.settings import MOST_LIGHT_GROUPS
 from restir_engine.sync.left_out import note_object, scene_lines
 from testing.blender import kit
 
@@ -56,11 +57,16 @@ def test_each_render_names_it(shown, paths, word):
     assert any(word in text for *_, text in scene_lines(shown, shown.view_layers))
 
 
-def test_names_of_light_groups(shown):
+def test_light_groups_have_passes_but_for_those_beyond_the_most(shown):
+    """And no irradiance cache, which does not tell them apart."""
     layer = shown.view_layers[0]
-    layer.lightgroups.add(name="key")
-    bpy.ops.render.render()
-    assert any("Light Group key" in line for line in warning_log.lines(shown.name))
+    shown.restir.sss_irradiance_cache = True
+    assert not list(scene_lines(shown, [layer]))
+    for number in range(MOST_LIGHT_GROUPS + 1):
+        layer.lightgroups.add(name=f"key {number}")
+    cache, passes = (text for *_, text in scene_lines(shown, [layer]))
+    assert "irradiance cache" in cache
+    assert passes.count("Light Group") == 1 and f"Light Group key {MOST_LIGHT_GROUPS} " in passes
 
 
 def test_passes_with_a_switch_of_ours_are_not_named_where_it_is_on(shown):

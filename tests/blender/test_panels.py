@@ -35,6 +35,13 @@ class Layout:
         self.drawn.append(prop)
         self.operator(name)
 
+    def prop_search(self, data, name: str, search_data, search_name: str, **_options) -> None:
+        assert search_name in search_data.bl_rna.properties
+        self.prop(data, name)
+
+    def menu(self, name: str, **_options) -> None:
+        assert hasattr(bpy.types, name)
+
     def template_node_view(self, tree, node, socket) -> None:
         self.drawn.append(socket.name)
 
@@ -142,6 +149,7 @@ def test_settings_come_from_properties_one_to_one(scene):
         "mist",
         "passes",
         "aovs",
+        "light_groups",
         "extra_transparent",
     }
     of_previews = {"preview_samples", "preview_sss_method", "use_preview_denoising"}

@@ -54,7 +54,7 @@ def _add_lamp(scene, integrator, film, scratch, path, sp, light, distance):
         return
     r, g, b, pdf = light_radiance(scene, scratch, sp, light, vec(path.o), vec(path.d), distance)
     radiance = mul((r, g, b), through_media(scene, integrator, scratch, path, distance))
-    _add_found(integrator, film, path, radiance, pdf, EMISSION, light)
+    _add_found(integrator, film, path, radiance, pdf, EMISSION, light, -1)
 
 
 @device
@@ -81,7 +81,7 @@ def add_world(scene, integrator, film, scratch, path, sp):
     if path.background_visible > 0:
         add_world_behind(film, path, radiance)
     pdf = world_pdf(scene, sp, d) if path.mis_pdf > 0.0 else 0.0
-    _add_found(integrator, film, path, radiance, pdf, kind, IN_WORLD)
+    _add_found(integrator, film, path, radiance, pdf, kind, IN_WORLD, -1)
 
 
 @inlined
@@ -92,11 +92,11 @@ def add_surface_emission(scene, integrator, film, path, sp, o):
     placed = instance_at(scene.instances, sp.instance)
     if _found_by_ray(path, placed.links, placed.blockers):
         pdf = triangle_pdf(scene, sp, o) if path.mis_pdf > 0.0 else 0.0
-        _add_found(integrator, film, path, vec(sp.emission), pdf, EMISSION, ON_SURFACE)
+        _add_found(integrator, film, path, vec(sp.emission), pdf, EMISSION, ON_SURFACE, sp.instance)
 
 
 @inlined
-def _add_found(integrator, film, path, radiance, light_pdf, kind, source):
+def _add_found(integrator, film, path, radiance, light_pdf, kind, source, instance):
     """Add radiance that the path's ray has found; light_pdf: with what density light sampling does, 0: it does not."""
     value = scale(mul(vec(path.throughput), radiance), hit_weight(path, light_pdf))
-    contribute(integrator, film, path, value, found(path, kind, source, light_pdf))
+    contribute(integrator, film, path, value, found(path, kind, source, instance, light_pdf))

@@ -32,6 +32,9 @@ FRAME = np.dtype(
         ("light", np.int64),
         # float32 [9] likewise, the indirect part of what lights, which is not in `light`; 0: there is none
         ("indirect", np.int64),
+        # float32 [groups, 3]: what lights in the end, by light group; 0: there are none
+        ("light_by_group", np.int64),
+        ("light_groups", np.int64),  # LIGHT_GROUPS, see FILM
         ("mean_visibilities", np.int64),  # float32 [4]: kernels.lights.mean_visibility
         ("control_variates", np.int64),  # float32 [3]: LIGHT_SAMPLE.control_variate of the candidates, times the guess
         ("domains", np.int64),  # what the technique keeps of a pixel's domain, laid out as it likes; 0: nothing
@@ -44,11 +47,16 @@ hit_at = record_at(HIT)
 frame_at = record_at(FRAME)
 
 
+_BY_PIXEL = (
+    "points", "paths", "pixels", "hits", "light", "light_by_group", "mean_visibilities", "control_variates",
+)  # fmt: skip
+
+
 class Frame(RecordOwner):
     """Owner of what FRAME points to; a sequence has one `mean_visibilities`, float32 (height, width, 4).
 
     reservoir: dtype of the technique's reservoirs, of which there are so many layers; indirect: whether its samples may
-    be indirect light.
+    be indirect light. light_groups: LIGHT_GROUPS (1,) that have passes; None: there are none.
     """
 
     def __init__(
@@ -60,6 +68,7 @@ class Frame(RecordOwner):
         reservoir: np.dtype,
         layers: int = 1,
         indirect: bool = False,
+        light_groups: np.ndarray | None = None,
     ) -> None:
         self.points = np.zeros((height, width), SHADING_POINT)
         self.points["instance"] = -1
@@ -69,6 +78,8 @@ class Frame(RecordOwner):
         self.hits = np.zeros((height, width), HIT)
         self.light = np.zeros((height, width, 9), np.float32)
         self.indirect = np.zeros((height, width, 9) if indirect else 0, np.float32)
+        groups = 0 if light_groups is None else int(light_groups[0]["count"])
+        self.light_by_group = np.zeros((height, width, groups, 3), np.float32)
         self.mean_visibilities = mean_visibilities
         self.control_variates = np.zeros((height, width, 3), np.float32)
         self.camera = np.zeros(1, CAMERA)
@@ -77,6 +88,7 @@ class Frame(RecordOwner):
         record = self._record[0]
         record["width"], record["height"], record["channels"] = width, height, channels
         record["indirect"] = address(self.indirect)
+        record["light_groups"] = address(light_groups) if groups else 0
         self.companion: Frame | None = None  # of another technique at the same points
         self._x = self._y = 0
         self.place(0, 0)
@@ -84,7 +96,7 @@ class Frame(RecordOwner):
     def place(self, x: int, y: int) -> None:
         """Let the lower left item stand for a pixel of the film: kernels go by its coordinates there."""
         self._x, self._y = x, y
-        for name in ("points", "paths", "pixels", "hits", "light", "mean_visibilities", "control_variates"):
+        for name in _BY_PIXEL:
             self._record[0][name] = self._origin(getattr(self, name))
         self.use_reservoirs(0)
 
@@ -94,10 +106,11 @@ class Frame(RecordOwner):
         shape = self.points.shape
         other._reservoirs = [np.zeros((1, *shape), reservoir) for _ in range(2)]
         other.light = np.zeros((*shape, 9), np.float32)
+        other.light_by_group = np.zeros_like(self.light_by_group)
         other.domains = np.zeros(shape, domain)
         other.radii = np.zeros(shape, np.float32)
         other._record = self._record.copy()
-        for name in ("light", "domains", "radii"):
+        for name in ("light", "light_by_group", "domains", "radii"):
             other._record[0][name] = address(getattr(other, name))
         other.use_reservoirs(0)
         self.companion = other
@@ -131,8 +144,8 @@ class Frame(RecordOwner):
     def bytes(self) -> int:
         """Memory that the frame takes."""
         arrays = [self.points, self.paths, self.pixels, self.hits, self.light, self.indirect]
-        arrays += [self.mean_visibilities, self.control_variates]
+        arrays += [self.mean_visibilities, self.control_variates, self.light_by_group]
         own = self.companion
         if own:
-            arrays += [own.light, own.domains, own.radii, *own._reservoirs]
+            arrays += [own.light, own.light_by_group, own.domains, own.radii, *own._reservoirs]
         return sum(array.nbytes for array in [*arrays, *self._reservoirs, *self._pools.values()])

@@ -5,10 +5,10 @@ pixel's own; its domain is the one resampled for.
 """
 
 from ...kernels.core.jit import device, inlined
-from ...kernels.core.memory import call_entry, prefetch, store_f32
-from ...kernels.core.records import PATH, SHADING_POINT, resampling_area, scene_at, shading_point_at
+from ...kernels.core.memory import call_entry, load_f32, prefetch, store_f32
+from ...kernels.core.records import PATH, SHADING_POINT, light_groups_at, resampling_area, scene_at, shading_point_at
 from ...kernels.core.vec import load3_f32, store3_f32
-from ...kernels.lobes.classes import NO_LOBES, Lobes, lobe_add, lobe_scale
+from ...kernels.lobes.classes import NO_LOBES, Lobes, lobe_add, lobe_scale, lobe_sum
 from .frame import frame_at
 from .mis import CONTRIBUTION
 from .resample import (
@@ -114,6 +114,33 @@ def store_light(frame, reuse, pixel, f):
 
 
 @inlined
+def light_by_group(frame, pixel):
+    """The address of float32 [groups, 3] of a pixel."""
+    return frame.light_by_group + 12 * light_groups_at(frame.light_groups, 0).count * pixel
+
+
+@device
+def clear_groups(frame, reuse, pixel):
+    """Begin to note by light group what lights a pixel, in the channels that the reservoirs are for."""
+    if frame.light_groups != 0:
+        light = light_by_group(frame, pixel)
+        for group in range(light_groups_at(frame.light_groups, 0).count):
+            for k in range(3):
+                if reuse.channel < 0 or k == reuse.channel:
+                    store_f32(light, 3 * group + k, 0.0)
+
+
+@device
+def note_group(frame, reuse, pixel, group, f):
+    """Note f as light that belongs to a light group; NO_GROUP: to none."""
+    if frame.light_groups != 0 and group >= 0:
+        light, rgb = light_by_group(frame, pixel), lobe_sum(f)
+        for k in range(3):
+            if reuse.channel < 0 or k == reuse.channel:
+                store_f32(light, 3 * group + k, load_f32(light, 3 * group + k) + rgb[k])
+
+
+@inlined
 def _add_scaled(f, shifted, weight):
     """f + weight · f of a SHIFTED sample."""
     return lobe_add(f, lobe_scale(load_f(shifted), (weight, weight, weight)))
@@ -212,6 +239,9 @@ def _light(frame, reuse, scratch, n, kind, chosen, w, fresh, last):
     """
     table = scratch + WORK_TABLE
     row = technique_at(reuse.technique, 0)
+    pixel = domain_at(domain_of(scratch, 0), 0).pixel
+    if last != 0:
+        clear_groups(frame, reuse, pixel)
     light = NO_LOBES
     indirect = NO_LOBES
     if chosen >= 0 and last == 0:
@@ -224,6 +254,8 @@ def _light(frame, reuse, scratch, n, kind, chosen, w, fresh, last):
                 if row.shade != 0:
                     call_entry(row.shade, domain_of(scratch, 0), shifted_of(scratch, i), 0, 0, 0)
                 weight = weight / target_of(table, i) if summed else w
+                group = int(reservoir_at(shifted_of(scratch, i), 0).light_group)
+                note_group(frame, reuse, pixel, group, _add_scaled(NO_LOBES, shifted_of(scratch, i), weight))
                 if frame.indirect != 0 and reservoir_at(shifted_of(scratch, i), 0).flags & INDIRECT:
                     indirect = _add_scaled(indirect, shifted_of(scratch, i), weight)
                 else:
@@ -234,7 +266,6 @@ def _light(frame, reuse, scratch, n, kind, chosen, w, fresh, last):
         for i in range(fresh):
             call_entry(row.variate, domain_of(scratch, i), scratch + WORK_BACK, 0, 0, 0)
             light = _add_scaled(light, scratch + WORK_BACK, share)
-    pixel = domain_at(domain_of(scratch, 0), 0).pixel
     store_light(frame, reuse, pixel, light)
     if frame.indirect != 0 and last != 0:
         store_indirect(frame, pixel, indirect)

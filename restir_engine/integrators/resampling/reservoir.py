@@ -14,7 +14,8 @@ HEADER = np.dtype(
         ("confidence", np.float32),  # how many independent samples it is worth
         ("target", np.float32),  # p̂ of the sample in its own domain
         ("seed", np.int32),  # of the numbers that made the sample: its identity, which all copies share
-        ("technique", np.int16),  # TECHNIQUE.id: whose SAMPLE follows
+        ("technique", np.int8),  # TECHNIQUE.id: whose SAMPLE follows
+        ("light_group", np.int8),  # that its light belongs to, NO_GROUP: to none, or nobody asks
         ("flags", np.int16),  # of the technique, but for INDIRECT
     ]
 )

@@ -51,11 +51,13 @@ class RestirIntegrator(Integrator):
         if history is None or not history.serves(kept):
             history = History(kept)
         count = tile_count(film.width * film.height)
-        tiles = LightTiles(context.scene, count, candidates=options.light_candidates)
+        variates = not film.has_light_groups  # they are the light of several at once
+        tiles = LightTiles(context.scene, count, candidates=options.light_candidates, control_variates=variates)
         super().__init__(context.with_tiles(tiles), settings, film)
         self._later = self.context if options.later_tiles else context  # for all but the vertex that is resampled
         self.history = history
-        self.paths = PathSteps(self.record) if resamples_paths(options, context.scene) else None
+        groups = int(film.record["light_groups"])
+        self.paths = PathSteps(self.record, groups) if resamples_paths(options, context.scene) else None
         self.reuse = Reuse(options, self.paths.technique if self.paths else direct_technique(options))
         below = resamples_subsurface(context.scene, settings) and not self.paths
         self.subsurface = SubsurfaceLayer(settings) if below else None
@@ -63,6 +65,7 @@ class RestirIntegrator(Integrator):
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
         reservoir = self.paths.reservoir if self.paths else DIRECT_RESERVOIR
         shape = {"reservoir": reservoir, "layers": len(self.reuse.records), "indirect": self.paths is not None}
+        shape["light_groups"] = context.scene.light_groups if film.has_light_groups else None
         self._frame_of = partial(Frame, channels=film.pixels.shape[2], **shape)
         whole = options.temporal or options.rounds or self.subsurface or self._shows_visibility or self.cache
         self.frame = self._new_frame() if whole else None

@@ -41,9 +41,9 @@ class PathSteps:
     kernels = paths_tile, light_tile
     reservoir = PATH_RESERVOIR
 
-    def __init__(self, record: np.ndarray) -> None:
-        """record: the integrator's, INTEGRATOR (1,)."""
-        self.technique, self._film = path_technique()
+    def __init__(self, record: np.ndarray, light_groups: int) -> None:
+        """record: the integrator's, INTEGRATOR (1,); light_groups: its FILM.light_groups."""
+        self.technique, self._film = path_technique(light_groups)
         self._unclamped = record.copy()
         self._unclamped["clamp_direct"] = self._unclamped["clamp_indirect"] = np.inf
 

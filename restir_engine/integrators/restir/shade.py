@@ -15,7 +15,7 @@ from ...kernels.core.records import (
     tile_scene,
 )
 from ...kernels.core.vec import mul, vec
-from ...kernels.film.contribute import contribute, lit
+from ...kernels.film.contribute import contribute, contribute_to_groups, lit_by_several
 from ...kernels.film.frame_pixels import add_pixels
 from ...kernels.geometry.intersect import put_nearest
 from ...kernels.lobes.classes import lobe_sum
@@ -24,7 +24,7 @@ from ...kernels.path.state import ARRIVES, COUNTED, ENTERS, GOES_ON
 from ..path.bounce import bounce
 from ..path.trace import trace_path
 from ..resampling.frame import FRAME, UNTRACED, hit_at
-from ..resampling.inputs import load_light
+from ..resampling.inputs import light_by_group, load_light
 from ..resampling.vertex import take_up
 
 
@@ -32,7 +32,10 @@ from ..resampling.vertex import take_up
 def _add_light(integrator, film, path, frame, pixel):
     """Add what candidates or reuse have left as a pixel's direct light."""
     f = load_light(frame, pixel)
-    contribute(integrator, film, path, mul(lobe_sum(f), vec(path.throughput)), lit(path, f))
+    value = mul(lobe_sum(f), vec(path.throughput))
+    contribute(integrator, film, path, value, lit_by_several(path, f))
+    if frame.light_groups != 0:
+        contribute_to_groups(integrator, film, path, value, light_by_group(frame, pixel))
 
 
 @kernel

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from ..core.jit import device, inlined
 from ..core.memory import call_for_outcome, load_f32, record_address, store_f32
-from ..core.records import taker_at
-from ..core.vec import LARGEST_RADIANCE, average, is_black, mul, put, vec
+from ..core.records import POINT_ON_LAMP, POINT_ON_WORLD, instance_at, light_at, light_groups_at, taker_at
+from ..core.vec import LARGEST_RADIANCE, average, is_black, load3_f32, mul, put, vec
 from ..lobes.classes import NO_LOBES, Lobes, lobe_sum, share
 
 # Where light comes from (What.kind). By the path's own ray: what lamps, surfaces and media emit; the world; the world
@@ -18,8 +18,9 @@ from ..lobes.classes import NO_LOBES, Lobes, lobe_sum, share
 # Light that was resampled from whole paths, all of it behind the vertex: INDIRECT.
 EMISSION, ENVIRONMENT, BACKDROP, DIRECT, INDIRECT = 0, 1, 2, 3, 4
 
-# What the path's own ray has found, where it is no lamp (What.source).
+# Where light comes from, where it is no lamp (What.source; the first two are LIGHT_SAMPLE.light). NOT_FOUND: not asked.
 ON_SURFACE, IN_WORLD, IN_MEDIUM, NOT_FOUND = -1, -2, -3, -4
+NO_GROUP = -1  # in place of the number of a light group
 
 # By what light was scattered below a surface at the first time (PATH.scattering, What.scattering); 0: it was not.
 BOUNDARY, SINGLE, MULTIPLE = 1, 2, 3
@@ -31,32 +32,42 @@ class What(NamedTuple):
     kind: int  # EMISSION …
     lobes: Lobes  # of DIRECT: the BSDF at the vertex by classes, of which the shares count
     scattering: int  # 0, BOUNDARY …
-    source: int  # the lamp that the ray has found, ON_SURFACE …
+    source: int  # the lamp that the light comes from, ON_SURFACE …
+    instance: int  # of that surface or medium, -1: none
     light_pdf: float  # solid-angle density with which light sampling finds it; 0: no MIS
 
 
 @inlined
-def found(path, kind, source, light_pdf):
-    """What the path's own ray has found; source, light_pdf: see What."""
-    return What(kind, NO_LOBES, path.scattering, source, light_pdf)
+def found(path, kind, source, instance, light_pdf):
+    """What the path's own ray has found; source, instance, light_pdf: see What."""
+    return What(kind, NO_LOBES, path.scattering, source, instance, light_pdf)
 
 
 @inlined
-def lit(path, lobes):
-    """A light sample at the path's vertex."""
-    return What(DIRECT, lobes, path.scattering, NOT_FOUND, 0.0)
+def lit(path, lobes, ls):
+    """The LIGHT_SAMPLE ls at the path's vertex."""
+    return What(DIRECT, lobes, path.scattering, ls.light, ls.instance, 0.0)
+
+
+@inlined
+def lit_by_several(path, lobes):
+    """Several light samples at the path's vertex in one; their light groups are for `contribute_to_groups`."""
+    return What(DIRECT, lobes, path.scattering, NOT_FOUND, -1, 0.0)
 
 
 @inlined
 def lit_indirectly(path, lobes):
-    """Light from behind the path's vertex, that has been resampled."""
-    return What(INDIRECT, lobes, path.scattering, NOT_FOUND, 0.0)
+    """Light from behind the path's vertex, that has been resampled; its light groups likewise."""
+    return What(INDIRECT, lobes, path.scattering, NOT_FOUND, -1, 0.0)
 
 
 @inlined
-def lit_at_exit(path, lobes, events):
-    """A light sample where light leaves an object after so many scattering events below its surface."""
-    return What(DIRECT, lobes, first_scattering(path, events), NOT_FOUND, 0.0)
+def lit_at_exit(path, lobes, events, source, instance):
+    """A light sample where light leaves an object after so many scattering events below its surface.
+
+    source, instance: LIGHT_SAMPLE.light, .instance; or NOT_FOUND and -1, as in `lit_by_several`.
+    """
+    return What(DIRECT, lobes, first_scattering(path, events), source, instance, 0.0)
 
 
 @inlined
@@ -74,12 +85,15 @@ def contribute(integrator, film, path, value, what):
     """
     if is_black(value):
         return
+    group = NO_GROUP
+    if film.light_groups != 0:
+        group = light_group(film.light_groups, what.source, what.instance)
     if path.taker != 0 and what.kind != BACKDROP and path.caught == 0:
         taker = taker_at(path.taker, 0)
         put(taker.value, value)
         taker.light_pdf = what.light_pdf
         address = record_address(path)
-        if call_for_outcome(taker.code, path.taker, address, what.kind, what.source, 0):
+        if call_for_outcome(taker.code, path.taker, address, what.kind, what.source, group):
             _add_to_albedo(film, path, value, what)
             return
         value = vec(taker.value)
@@ -89,8 +103,38 @@ def contribute(integrator, film, path, value, what):
     elif what.kind == INDIRECT:
         bounces += 2
     if what.kind != BACKDROP:
-        value = _clamped(value, integrator.clamp_indirect if bounces > 1 else integrator.clamp_direct)
+        value = _scaled(value, _clamp(integrator, value, bounces))
     _add_to_pixel(film, path, value, what, bounces)
+    if group >= 0 and film.groups >= 0 and path.caught == 0:
+        add3(path.pixel, film.groups + 3 * group, value)
+
+
+@device
+def contribute_to_groups(integrator, film, path, value, light):
+    """Share out what `lit_by_several` has contributed as `value`, or light that is not clamped, to the light groups.
+
+    light: address of float32 [groups, 3], without the path's throughput.
+    """
+    if film.light_groups == 0 or film.groups < 0 or path.caught != 0:
+        return
+    s = _clamp(integrator, value, path.bounce + 1)
+    for group in range(light_groups_at(film.light_groups, 0).count):
+        c = mul(load3_f32(light, group), vec(path.throughput))
+        if abs(c[0]) + abs(c[1]) + abs(c[2]) <= LARGEST_RADIANCE:
+            add3(path.pixel, film.groups + 3 * group, _scaled(c, s))
+
+
+@device
+def light_group(groups, source, instance):
+    """The number of the light group that a source (What) belongs to, NO_GROUP: to none; groups: of LIGHT_GROUPS."""
+    groups = light_groups_at(groups, 0)
+    if source >= 0:
+        return light_at(groups.lights, source).light_group
+    if source == IN_WORLD:
+        return groups.world
+    if instance >= 0:
+        return instance_at(groups.instances, instance).light_group
+    return groups.world_medium if source == IN_MEDIUM else NO_GROUP
 
 
 @inlined
@@ -127,21 +171,41 @@ def is_wanted(film, path):
 
 
 @inlined
+def sample_group(film, ls):
+    """The number of the light group of a LIGHT_SAMPLE, NO_GROUP where nobody asks."""
+    return light_group(film.light_groups, ls.light, ls.instance) if film.light_groups != 0 else NO_GROUP
+
+
+@inlined
+def point_group(groups, source, primitive):
+    """The number of the light group of a light's point (kernels.lights.points); groups: LIGHT_GROUPS, 0: NO_GROUP."""
+    if groups == 0:
+        return NO_GROUP
+    if primitive == POINT_ON_LAMP:
+        return light_group(groups, source, -1)
+    return light_group(groups, IN_WORLD if primitive == POINT_ON_WORLD else ON_SURFACE, source)
+
+
+@inlined
 def wants_backdrop(film):
-    """Whether anybody takes the world behind a transparent film."""
+    """Whether anybody takes the world behind a transparent film; if so, its light group does too, as in Cycles."""
     return film.environment >= 0
 
 
 @inlined
-def _clamped(c, limit):
-    """Scale a contribution whose channels add up to more than `limit`; one that is not finite becomes black."""
+def _clamp(integrator, c, bounces):
+    """By what a contribution is to be scaled, so that its channels add up to the limit at most; not finite: by 0."""
+    limit = integrator.clamp_indirect if bounces > 1 else integrator.clamp_direct
     total = abs(c[0]) + abs(c[1]) + abs(c[2])
     if not total <= LARGEST_RADIANCE:
-        return (0.0, 0.0, 0.0)
-    if total > limit:
-        s = limit / total
-        return (c[0] * s, c[1] * s, c[2] * s)
-    return c
+        return 0.0
+    return limit / total if total > limit else 1.0
+
+
+@inlined
+def _scaled(c, s):
+    """s c, and black where s is 0, whatever c is."""
+    return (c[0] * s, c[1] * s, c[2] * s) if s > 0.0 else (0.0, 0.0, 0.0)
 
 
 @inlined

@@ -326,10 +326,10 @@ def sample_tiles(scene, sp, scratch, _a, _b):
     ls = light_sample_in(scratch)
     chosen, weight, variate = choose_entry(scene, scratch, sp, float(ls.uv[0]), float(ls.uv[1]), ls.distance)
     ls.pdf = 0.0
-    put(ls.control_variate, variate)
+    tiles = light_tiles_at(light_table_at(scene.light_table, 0).tiles, 0)
+    put(ls.control_variate, variate if tiles.control_variates else (0.0, 0.0, 0.0))
     if chosen < 0:
         return
-    tiles = light_tiles_at(light_table_at(scene.light_table, 0).tiles, 0)
     e = tile_entry_at(tiles.entries, chosen)
     if not _place(scene, sp, scratch, tiles, chosen, e, ls):
         ls.pdf = 0.0

@@ -15,7 +15,7 @@ from ..core.records import (
     light_sample_at,
 )
 from ..core.vec import is_black, mul, scale, vec
-from ..film.contribute import contribute, lit
+from ..film.contribute import contribute, lit, lit_by_several
 from ..lights import light_sample
 from ..lights.mean_visibility import LATER, learn, mean_visibility
 from ..lobes import bsdf_eval, bsdf_has_eval
@@ -63,7 +63,8 @@ def draw_light(scene, scratch, path, sp, index):
 def add_light_sample(scene, integrator, film, scratch, path, sp, f, pdf, part):
     """Add the part of the scratch's LIGHT_SAMPLE that f, whose directions have the density pdf, sends on from sp."""
     c = mul(scale(scattered_light(scratch, f, pdf), part), vec(path.throughput))
-    add_unless_shadowed(scene, integrator, film, scratch, path, sp, c, lit(path, f))
+    what = lit(path, f, light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0))
+    add_unless_shadowed(scene, integrator, film, scratch, path, sp, c, what)
 
 
 @inlined
@@ -122,7 +123,7 @@ def add_control_variate(integrator, film, scratch, path, sp, part):
     if is_black(variate):
         return
     c = scale(mul(variate, vec(path.throughput)), part * mean_visibility(path.mean_visibility, LATER))
-    contribute(integrator, film, path, c, lit(path, control_variate_class(sp)))
+    contribute(integrator, film, path, c, lit_by_several(path, control_variate_class(sp)))
 
 
 @device

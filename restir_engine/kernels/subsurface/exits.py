@@ -9,7 +9,7 @@ irradiance cache has lit, if there is one, is no candidate.
 from ..core import rng
 from ..core.jit import device, inlined
 from ..core.memory import call_entry, load_f64, load_i64, record_address, store_f64
-from ..core.records import film_at, integrator_at, path_in, point_in, scene_at
+from ..core.records import film_at, integrator_at, light_sample_in, path_in, point_in, scene_at
 from ..core.vec import load3_f64, mul, put, scale, store3_f64
 from ..film.contribute import first_scattering, lit_at_exit
 from ..lights import light_is_sampled, note_choice
@@ -111,7 +111,8 @@ def light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
         leave_by(scene, scratch, sp, chosen)
         sampled_light(scene, scratch, sp, u0, u1, u2)
     best = scale(best, total / amount(best))
-    what = lit_at_exit(path, best_f, exit_events(scratch, chosen))
+    ls = light_sample_in(scratch)
+    what = lit_at_exit(path, best_f, exit_events(scratch, chosen), ls.light, ls.instance)
     add_unless_shadowed(scene, integrator, film, scratch, path, sp, best, what)
     return chosen
 

@@ -19,7 +19,7 @@ from ..core.jit import device, entry, inlined, kernel
 from ..core.memory import load_f32, load_i32, load_i64, store_f32, store_f64, store_i32, store_i64
 from ..core.records import closure_at, film_at, integrator_at, path_in, point_in, scene_at
 from ..core.vec import dot, is_black, length, load3_f64, mul, sub, vec
-from ..film.contribute import contribute, lit_at_exit
+from ..film.contribute import NOT_FOUND, contribute, lit_at_exit
 from ..lobes.classes import Lobes
 from ..path.direct import sampled_light
 from ..path.shadow import light_visibility
@@ -205,7 +205,7 @@ def light_from_cache(scene, integrator, film, scratch, n):
         if count >= ENOUGH:
             store_f64(place, H_LIT, 1.0)
             c = mul(weight, _mean(cell))
-            contribute(integrator, film, path, c, lit_at_exit(path, diffuse, events))
+            contribute(integrator, film, path, c, lit_at_exit(path, diffuse, events, NOT_FOUND, -1))
         if chosen < 0 and u * most * max(count, ENOUGH) < amount(weight) * ENOUGH:
             chosen, chosen_key = k, key
     if chosen >= 0 and load_i64(seen, 0) == 0:

@@ -32,7 +32,7 @@ from ..subsurface.phase import around
 from .calls import BESIDE_LAMPS, TRACK, segment_start
 from .phase import phase_cosine, phase_value
 from .pivot import own_share
-from .stack import decay, entry_at, only_world
+from .stack import decay, entry_at, innermost, only_world
 from .tracking import coefficients
 
 # Least share of a channel's albedo in its choice: one that is only absorbed still has its light carried through.
@@ -96,7 +96,7 @@ def follow_segment(scene, integrator, film, scratch, path, sp, reaches):
         return ARRIVES
     if media.varying > 0:
         return _follow_varying(scene, integrator, film, scratch, path, sp, start, s)
-    _add_emission(integrator, film, path, media, s)
+    _add_emission(integrator, film, scratch, path, media, s)
     sigma_t = vec(media.sigma_t)
     sigma_s = vec(media.sigma_s)
     throughput = vec(path.throughput)
@@ -158,7 +158,7 @@ def _follow_varying(scene, integrator, film, scratch, path, sp, start, s):
 
 
 @device
-def _add_emission(integrator, film, path, media, s):
+def _add_emission(integrator, film, scratch, path, media, s):
     """Contribute what the media emit along the first s of the path's way through them."""
     if max3(vec(media.emission)) <= 0.0:
         return
@@ -170,7 +170,8 @@ def _add_emission(integrator, film, path, media, s):
         _emitted(e[1], sigma_t[1], through[1], s),
         _emitted(e[2], sigma_t[2], through[2], s),
     )
-    contribute(integrator, film, path, mul(vec(path.throughput), light), found(path, EMISSION, IN_MEDIUM, 0.0))
+    what = found(path, EMISSION, IN_MEDIUM, innermost(scratch + SCRATCH_MEDIA), 0.0)
+    contribute(integrator, film, path, mul(vec(path.throughput), light), what)
 
 
 @device

@@ -90,6 +90,13 @@ def find(media, instance, material):
     return -1
 
 
+@inlined
+def innermost(media):
+    """The instance that the path has entered last, -1: it is in the world's medium: whose light group has all that
+    overlapping media emit, as in Cycles."""
+    return entry_at(media, media_at(media, 0).count - 1).instance
+
+
 @device
 def enter(scene, integrator, media, sp):
     """Add the medium behind the surface at sp, by its program there; sp loses its closures.

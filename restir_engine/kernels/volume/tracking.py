@@ -47,7 +47,7 @@ from .majorants import (
     next_collision,
     start_cells,
 )
-from .stack import decay, entry_at, evaluate
+from .stack import decay, entry_at, evaluate, innermost
 
 _THIN = 0.1  # what carries less than this share of what it did is subject to roulette
 
@@ -185,7 +185,7 @@ def track(scene, integrator, film, scratch, path, start, s):
         if max3(emission) > 0.0:
             put(path.throughput, w)
             c = scale(mul(w, emission), 1.0 / mu)
-            contribute(integrator, film, path, c, found(path, EMISSION, IN_MEDIUM, 0.0))
+            contribute(integrator, film, path, c, found(path, EMISSION, IN_MEDIUM, innermost(media), 0.0))
         null = sub((mu, mu, mu), sigma_t)
         scatters = 0.0
         if not path.last:

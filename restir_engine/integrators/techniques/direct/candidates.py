@@ -90,7 +90,7 @@ def candidates_tile(scene: SCENE, integrator: INTEGRATOR, reuse, layers, frame: 
             store3_f32(frame.control_variates, pixel, (0.0, 0.0, 0.0))
             path = path_at(frame.paths, pixel)
             key = rng.hash_combine(path.key, _CANDIDATES)
-            start_groups(scratch, layers, rng.sample1(key, path.sample, _DIM_GROUP))
+            start_groups(frame, reuse, layers, scratch, pixel, rng.sample1(key, path.sample, _DIM_GROUP))
             if sp.instance >= 0 and bsdf_has_eval(sp):
                 _draw(scene, integrator, reuse, layers, frame, scratch, pixel, path, sp, key, last)
             settle(reuse, layers, frame, scratch, pixel, rng.hash_combine(key, path.sample), last)

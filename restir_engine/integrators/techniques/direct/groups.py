@@ -9,10 +9,11 @@ from ....kernels.core.jit import device, inlined
 from ....kernels.core.memory import record_at
 from ....kernels.core.records import SCRATCH_LIGHT_SAMPLE, light_sample_at, path_at, shared_area
 from ....kernels.core.vec import max3, put, vec
+from ....kernels.film.contribute import point_group
 from ....kernels.lights import light_point
 from ....kernels.lights.mean_visibility import FIRST, learn
 from ....kernels.lobes.classes import NO_LOBES, lobe_add, lobe_scale, lobes_of, put_lobes
-from ...resampling.inputs import reservoirs_of, store_light
+from ...resampling.inputs import clear_groups, note_group, reservoirs_of, store_light
 from ...resampling.options import TARGET, reuse_at
 from ...resampling.reservoir import accept, clear, contribution_weight, reservoir_at
 from .sample import DIRECT_LIGHT, direct_reservoir_at, keep
@@ -44,8 +45,9 @@ def groups_of(scratch, layer):
 
 
 @inlined
-def start_groups(scratch, layers, u):
+def start_groups(frame, reuse, layers, scratch, pixel, u):
     for layer in range(layers):
+        clear_groups(frame, reuse_at(reuse, layer), pixel)
         groups = groups_of(scratch, layer)
         start(groups, u)
         groups.target = 0.0
@@ -78,19 +80,21 @@ def close_group(scene, integrator, reuse, layers, frame, scratch, pixel, sp, las
                 if stream.origin == SAMPLED:
                     learn(path_at(frame.paths, pixel).mean_visibility, FIRST, v)
             known = layer
-        _take(reuse_at(reuse, layer), groups_of(scratch, layer), stream, f, v)
+        group = point_group(frame.light_groups, stream.source, stream.primitive)
+        _take(frame, reuse_at(reuse, layer), pixel, groups_of(scratch, layer), stream, f, v, group)
 
 
 @inlined
-def _take(options, groups, stream, f, v):
+def _take(frame, options, pixel, groups, stream, f, v, light_group):
     """Add a group's sample to the light, and keep it by chance; one in shadow may be thrown away."""
     target = target_of_light(options, f)
     w = contribution_weight(float(stream.total), target)
     if w <= 0.0:
         return
     seen = lobe_scale(f, v)
-    light = lobe_add(lobes_of(groups.light), lobe_scale(seen, (w, w, w)))
-    put_lobes(groups.light, light)
+    light = lobe_scale(seen, (w, w, w))
+    note_group(frame, options, pixel, light_group, light)
+    put_lobes(groups.light, lobe_add(lobes_of(groups.light), light))
     dark = target_of_light(options, seen) <= 0.0
     if dark and (options.visibility == TARGET or options.discard != 0):
         return
@@ -124,6 +128,7 @@ def settle(reuse, layers, frame, scratch, pixel, seed, last):
         if groups.target > 0.0:
             r.technique = DIRECT_LIGHT
             copy_point(r, groups)
+            r.light_group = point_group(frame.light_groups, groups.source, groups.primitive)
             r.target = groups.target
             r.contribution_weight = contribution_weight(float(groups.total), float(groups.target))
             keep(r, vec(groups.visibility))

@@ -10,6 +10,7 @@ whose W is an estimate where it has been resampled from a tile (ReSTIR PT Enhanc
 from ....kernels.core.jit import inlined, outcome_entry
 from ....kernels.core.records import LIGHT_SAMPLE_DELTA, integrator_at, light_sample_in, path_at
 from ....kernels.core.vec import LARGEST_RADIANCE, add, max3, mul, put, scale, sub, vec
+from ....kernels.film.contribute import sample_group
 from ....kernels.lights import point_of_sample
 from ....kernels.lobes import label_pdf
 from ....kernels.lobes.classes import Lobes, lobe_scale, lobe_sum, put_lobes
@@ -101,13 +102,14 @@ def _beyond(walk, value):
 
 
 @outcome_entry
-def take_found(address, path, kind, source, unused):
+def take_found(address, path, kind, source, group):
     """The TAKER of whole paths, made and replayed (see kernels.film.contribute)."""
     walk, path = walk_at(address), path_at(path, 0)
     value = vec(walk.value)
     if walk.reuse == 0:
         if source == walk.source and path.bounce > walk.bounces:
             put(walk.found, add(vec(walk.found), value))
+            walk.found_group = group
         return 1
     nearest = 1 if reuse_at(walk.reuse, 0).paths == INDIRECT_PATHS else 0
     if path.bounce <= walk.bounces + nearest:
@@ -115,6 +117,7 @@ def take_found(address, path, kind, source, unused):
         put(walk.value, mul(value, vec(walk.prefix)))
         return 0
     r = path_reservoir_at(connection_of(walk), 0)
+    r.light_group = group
     if walk.k > 0:
         value = _beyond(walk, value)
         f = mul(vec(walk.throughput), value)
@@ -140,10 +143,11 @@ def take_found(address, path, kind, source, unused):
 
 
 @inlined
-def take_light_sample(scene, scratch, walk, path, sp, f, pdf, v, part):
+def take_light_sample(scene, film, scratch, walk, path, sp, f, pdf, v, part):
     """Stream the LIGHT_SAMPLE in scratch, which f sends on from sp; v: how much of it arrives, part: of the mean."""
     ls = light_sample_in(scratch)
     r = path_reservoir_at(connection_of(walk), 0)
+    r.light_group = sample_group(film, ls)
     is_delta = ls.flags & LIGHT_SAMPLE_DELTA != 0
     m = 1.0 if is_delta else mis_weight(ls.mis_pdf, pdf)
     light = scale(mul(vec(ls.radiance), v), 1.0 / ls.point_pdf)

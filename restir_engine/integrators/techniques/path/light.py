@@ -4,10 +4,10 @@ from ....kernels.core.jit import kernel
 from ....kernels.core.memory import copy_words, record_address
 from ....kernels.core.records import FILM, INTEGRATOR, PATH, path_at, path_in
 from ....kernels.core.vec import mul, vec
-from ....kernels.film.contribute import contribute, lit, lit_indirectly
+from ....kernels.film.contribute import contribute, contribute_to_groups, lit_by_several, lit_indirectly
 from ....kernels.lobes.classes import lobe_sum
 from ...resampling.frame import FRAME
-from ...resampling.inputs import load_indirect, load_light, point_at
+from ...resampling.inputs import light_by_group, load_indirect, load_light, point_at
 
 _PATH_WORDS = PATH.itemsize // 8
 
@@ -24,6 +24,8 @@ def light_tile(integrator: INTEGRATOR, film: FILM, frame: FRAME, scratch, x0, y0
             copy_words(record_address(path), record_address(path_at(frame.paths, pixel)), _PATH_WORDS)
             throughput = vec(path.throughput)
             f = load_light(frame, pixel)
-            contribute(integrator, film, path, mul(lobe_sum(f), throughput), lit(path, f))
+            contribute(integrator, film, path, mul(lobe_sum(f), throughput), lit_by_several(path, f))
             f = load_indirect(frame, pixel)
             contribute(integrator, film, path, mul(lobe_sum(f), throughput), lit_indirectly(path, f))
+            if frame.light_groups != 0:
+                contribute_to_groups(integrator, film, path, (0.0, 0.0, 0.0), light_by_group(frame, pixel))

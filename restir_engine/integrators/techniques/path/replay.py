@@ -4,6 +4,7 @@ from ....kernels.core.jit import device, inlined
 from ....kernels.core.memory import copy_words, record_address
 from ....kernels.core.records import INTEGRATOR, SCRATCH_TAKER, integrator_at
 from ....kernels.core.vec import put, vec
+from ....kernels.film.contribute import NO_GROUP
 from ....kernels.path.state import DIM_FIRST_VERTEX, GOES_ON, SHADES
 from ...path.bounce import bounce
 from ...path.trace import trace_ray
@@ -33,6 +34,7 @@ def start_replay(scene, integrator, frame, scratch, walk, options, path, sp, pix
     walk.bounces = path.bounce
     put(walk.prefix, vec(path.throughput))
     put(walk.found, (0.0, 0.0, 0.0))
+    walk.found_group = NO_GROUP
     path.taker = scratch + SCRATCH_TAKER
     path.pixel = scratch + WORK_PIXEL
     path.data_done = 1

@@ -88,6 +88,7 @@ def shift_path(start, to, reservoir, shifted, unused):
         if r.tags != replayed_tags(walk):
             return
         f = by_class(path, vec(walk.found))
+        r.light_group = walk.found_group
     else:
         if r.tags != (replayed_tags(walk) if walk.vertex > 1 else 0):
             return

@@ -39,7 +39,7 @@ from ...path.bounce import bounce
 from ...path.trace import trace_ray
 from ...path.vertex import arrive
 from ...resampling.frame import FRAME
-from ...resampling.inputs import point_at, reservoirs_of, store_indirect, store_light
+from ...resampling.inputs import clear_groups, note_group, point_at, reservoirs_of, store_indirect, store_light
 from ...resampling.options import INDIRECT_PATHS, reuse_at
 from ...resampling.reservoir import INDIRECT, clear, contribution_weight, copy_reservoir, reservoir_at
 from ...resampling.vertex import take_up
@@ -77,7 +77,7 @@ def _light_here(scene, integrator, film, scratch, walk, path, sp, count):
             if ls.pdf > 0.0 and not is_black(mul(lobe_sum(f), vec(ls.radiance))):
                 v = light_visibility(scene, integrator, scratch, path, sp)
                 learn(path.mean_visibility, FIRST if first else LATER, v)
-                take_light_sample(scene, scratch, walk, path, sp, f, pdf, v, 1.0 / count)
+                take_light_sample(scene, film, scratch, walk, path, sp, f, pdf, v, 1.0 / count)
 
 
 @inlined
@@ -160,6 +160,9 @@ def _settle(reuse, frame, walk, pixel, path, last):
     is_indirect = last != 0 and path_reservoir_at(reservoirs, pixel).flags & INDIRECT != 0
     store_light(frame, reuse, pixel, NO_LOBES if is_indirect else light)
     store_indirect(frame, pixel, light if is_indirect else NO_LOBES)
+    if last != 0:
+        clear_groups(frame, reuse, pixel)
+        note_group(frame, reuse, pixel, int(path_reservoir_at(reservoirs, pixel).light_group), light)
 
 
 @inlined

@@ -53,6 +53,7 @@ WALK = np.dtype(
         # REPLAYED: what the last ray is to find, and has found.
         ("source", np.int64),
         ("found", np.float64, (3,)),
+        ("found_group", np.int64),  # the light group of that
         # A path in the making:
         ("bounces", np.int64),  # at vertex 1
         ("prefix", np.float64, (3,)),  # its throughput there

@@ -24,6 +24,7 @@ from ....kernels.core.records import (
     tile_scene,
 )
 from ....kernels.core.vec import is_black, load3_f64, mul, put, scale, store3_f64, sub, vec
+from ....kernels.film.contribute import point_group
 from ....kernels.lights import light_is_sampled, light_sample, point_of_sample
 from ....kernels.lobes.classes import NO_LOBES
 from ....kernels.lobes.closure import LOBE_SUBSURFACE, P_BURLEY
@@ -52,7 +53,7 @@ from ....kernels.subsurface.exits import (
 from ....kernels.subsurface.probe import H_LIT, H_NORMAL, H_POINT, H_PRIMITIVE, H_T, H_U, H_V, H_WEIGHT
 from ....kernels.volume.calls import media_around
 from ...resampling.frame import FRAME
-from ...resampling.inputs import point_at, store_light
+from ...resampling.inputs import clear_groups, note_group, point_at, store_light
 from ...resampling.options import REUSE
 from ...resampling.reservoir import accept, clear, reservoir_at
 from .sample import (
@@ -164,8 +165,10 @@ def _resample(scene, integrator, reuse, frame, scratch, pixel, sp, n, dimension,
     r.light_u = u
     r.light_v = v
     put(r.irradiance, e)
+    r.light_group = point_group(frame.light_groups, source, primitive)
     w = float(r.contribution_weight) if last != 0 else 1.0
     store_light(frame, reuse, pixel, diffuse_lobes(scale(f, w)))
+    note_group(frame, reuse, pixel, int(r.light_group), diffuse_lobes(scale(f, w)))
 
 
 @device
@@ -261,6 +264,7 @@ def subsurface_candidates_tile(
             clear(r, 0.0)
             r.technique = SUBSURFACE
             store_light(frame, reuse, pixel, NO_LOBES)
+            clear_groups(frame, reuse, pixel)
             bssrdf_at(point_of(frame, pixel), 0).kind = NONE
             exit_of(frame, pixel).primitive = NOT_SERVED
             if point_at(frame, pixel).instance >= 0:

@@ -3,13 +3,13 @@
 from ....kernels.core.jit import entry, outcome_entry
 from ....kernels.core.records import film_at, integrator_at, path_in, point_in, scene_at
 from ....kernels.core.vec import mul, put, vec
-from ....kernels.film.contribute import contribute, first_scattering, lit_at_exit
+from ....kernels.film.contribute import NOT_FOUND, contribute, contribute_to_groups, first_scattering, lit_at_exit
 from ....kernels.lobes.classes import lobe_sum
 from ....kernels.path.state import ENDS, ENTERS
 from ....kernels.subsurface.exit import leave
 from ...path.bounce import bounce
 from ...resampling.frame import frame_at
-from ...resampling.inputs import load_light
+from ...resampling.inputs import light_by_group, load_light
 from .sample import NO_EXIT, NOT_SERVED, exit_of
 
 _EVENTS = 2  # what scatters twice and more is one
@@ -19,9 +19,12 @@ _EVENTS = 2  # what scatters twice and more is one
 def add_light(integrator, film, frame, scratch, pixel):
     """Add what candidates or reuse have left as a pixel's subsurface light; `frame` is the companion."""
     path = path_in(scratch)
-    f = load_light(frame_at(frame, 0), pixel)
+    integrator, film, frame = integrator_at(integrator, 0), film_at(film, 0), frame_at(frame, 0)
+    f = load_light(frame, pixel)
     value = mul(lobe_sum(f), vec(path.throughput))
-    contribute(integrator_at(integrator, 0), film_at(film, 0), path, value, lit_at_exit(path, f, _EVENTS))
+    contribute(integrator, film, path, value, lit_at_exit(path, f, _EVENTS, NOT_FOUND, -1))
+    if frame.light_groups != 0:
+        contribute_to_groups(integrator, film, path, value, light_by_group(frame, pixel))
 
 
 @outcome_entry

@@ -64,6 +64,7 @@ INSTANCE = record(
     "seen_by",  # RAY_* bits of the rays that see it
     "flags",  # INSTANCE_* bits
     "object_index",  # pass_index of the object
+    "light_group",  # that its emission belongs to, -1: none
     ("crypto_object", 1),  # ids, see scene.cryptomatte
     ("crypto_asset", 1),
     "key",  # the same in every frame of an animation, and nobody else's

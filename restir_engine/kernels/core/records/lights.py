@@ -15,6 +15,7 @@ LIGHT = record(
     "blockers",  # the sets of instances that block it, likewise
     "flags",  # LIGHT_* bits
     "object_index",
+    "light_group",  # see LIGHT_GROUPS
     "key",  # likewise
     "max_bounces",  # a path that arrives with more bounces does not sample it
     ("to_world", 12),
@@ -31,6 +32,15 @@ LIGHT_NO_SHADOW = 2
 LIGHT_SPHERE = 4  # point and spot: a sphere; else a disk that turns towards the point that is lit
 LIGHT_ELLIPSE = 8  # area: elliptic
 LIGHT_DELTA = 16  # no size: next event estimation alone finds it
+
+LIGHT_GROUPS = record(  # what belongs to which light group of the view layer, by its number; -1: to none
+    "count",
+    "lights",  # LIGHT [n_lights]
+    "instances",  # INSTANCE [n_instances]
+    "world",
+    "world_medium",  # what the world's medium emits
+)
+light_groups_at = record_at(LIGHT_GROUPS)
 
 LIGHT_SAMPLE = record(
     "light",  # light index, -1: emissive triangle, -2: world
@@ -130,6 +140,7 @@ LIGHT_TILES = record(
     "n_tiles",
     "groups",  # of points in a tile
     "candidates",  # for each light sample
+    "control_variates",  # 1: light samples have one
     "lamp_cdf",  # float64 [n_lights + 1], cumulated probabilities among lamps
     "code",  # of kernels.lights.tiles.sample_tiles
 )

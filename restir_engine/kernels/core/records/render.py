@@ -39,6 +39,8 @@ FILM = record(
     "mist",
     "vector",
     "vector_weight",
+    "light_groups",  # LIGHT_GROUPS, 0: nobody asks what belongs to which
+    "groups",  # the first channel of their passes, of three each
     # Slots of Cryptomatte, see kernels.film.cryptomatte.
     "crypto_object",
     "crypto_material",
@@ -126,7 +128,7 @@ PATH = record(
 path_at = record_at(PATH)
 
 TAKER = record(  # what takes a path's contributions in place of the film begins with this
-    "code",  # (taker, PATH, kind, source, 0) -> 1: it has taken `value`; 0: the film shall have it, as it is then
+    "code",  # (taker, PATH, kind, source, light group) -> 1: it has taken `value`; 0: the film shall have it
     ("value", 3),  # throughput and MIS weight included
     ("light_pdf", 1),  # by solid angle, of light sampling where the path's ray has found the light; 0: no MIS
 )
