@@ -35,12 +35,11 @@ if [ $# != 0 ]; then
 fi
 
 cores=$(nproc)
-share=$((cores / ${#versions[@]} > 0 ? cores / ${#versions[@]} : 1))
 jobs=()
 for i in "${!versions[@]}"; do
     needed=()
     [ "${versions[i]}" = "$newest" ] || [ ${#deep[@]} != 0 ] || needed=(--blender)
-    "${pythons[i]}" -m testing.compile --processes "$share" "${needed[@]}" | sed "s/^/Python ${versions[i]}: /" &
+    "${pythons[i]}" -m testing.compile --processes "$cores" "${needed[@]}" | sed "s/^/Python ${versions[i]}: /" &
     jobs+=($!)
 done
 for job in "${jobs[@]}"; do

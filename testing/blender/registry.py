@@ -20,7 +20,7 @@ class Scene:
     size: tuple[int, int]
     settings: dict = field(default_factory=dict)
     deep: bool = False  # rendered with --deep alone
-    by_version: bool = False  # Blenders differ in it: of the slow group 3 the older one renders these, without --deep
+    alike: bool = False  # in all versions of Blender: the older one renders it with --deep alone
 
 
 SCENES: dict[str, Scene] = {}
@@ -31,13 +31,17 @@ def scene(
     samples: int = 96,
     size: tuple[int, int] = (96, 54),
     deep: bool = False,
-    by_version: bool = False,
+    alike: bool | None = None,
     **settings,
 ):
-    """Register a function that builds a scene; `settings` replace parity settings by our name, or are ours alone."""
+    """Register a function that builds a scene; `settings` replace parity settings by our name, or are ours alone.
+
+    alike: see Scene; None: those of group 3 are, whose renders take longest.
+    """
 
     def register(build: Callable[[], None]) -> Callable[[], None]:
-        SCENES[build.__name__] = Scene(build.__name__, build, group, samples, size, settings, deep, by_version)
+        same = group == 3 if alike is None else alike
+        SCENES[build.__name__] = Scene(build.__name__, build, group, samples, size, settings, deep, same)
         return build
 
     return register

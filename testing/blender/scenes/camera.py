@@ -99,7 +99,7 @@ def flattened():
     kit.add(shared.data, (0.0, -2.0, 2.0), scale=(0.8, 0.8, 0.0))
 
 
-@scene(1, 256)
+@scene(1, 256, alike=True)
 def instancers_in_layers():
     """Holdout and Indirect Only of instancers' collections, around a mirror that sees all of it."""
     kit.floor()
@@ -128,7 +128,7 @@ def shift_and_fit():
     bpy.context.scene.render.pixel_aspect_x = 1.4
 
 
-@scene(1, 256)
+@scene(1, 256, alike=True)
 def depth_of_field():
     """A bokeh of five blades, turned and squeezed, on small lights."""
     subject()

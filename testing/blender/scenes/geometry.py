@@ -209,7 +209,7 @@ def sheared():
     kit.lamp()
 
 
-@scene(1)
+@scene(1, alike=True)
 def terminator_shading_offset():
     """Coarse smooth balls of several lobes, whose terminator is softened by as much as each object asks for."""
     kit.floor()

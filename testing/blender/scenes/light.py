@@ -29,7 +29,7 @@ def point_lights():
     kit.light("POINT", 40, (-3, -1, 2.5), shadow_soft_size=0.0)
 
 
-@scene(1)
+@scene(1, alike=True)
 def spot_lights():
     subject()
     spot = dict(target=(0.4, 0, 0), spot_size=math.radians(50))
@@ -48,13 +48,13 @@ def suns():
     kit.light("SUN", 1.0, (0, 6, 2.6), (0, 0, 1.6), angle=math.radians(6))
 
 
-@scene(1)
+@scene(1, alike=True)
 def hdri():
     subject()
     kit.hdri("courtyard", 1.0, 70.0)
 
 
-@scene(1)
+@scene(1, alike=True)
 def area_shapes():
     subject()
     back = dict(target=(0, 0, 0.5))
@@ -64,7 +64,7 @@ def area_shapes():
     kit.light("AREA", 60, (0.6, -3.0, 3.0), **back, shape="SQUARE", size=0.8)
 
 
-@scene(1)
+@scene(1, alike=True)
 def area_spread():
     subject()
     for x, degrees, shape in ((-2.2, 20, "SQUARE"), (0.0, 60, "DISK"), (2.2, 120, "ELLIPSE")):
@@ -72,7 +72,7 @@ def area_spread():
         kit.light("AREA", 6, (x, -0.8, 2.6), (x, 0, 0), spread=math.radians(degrees), shape=shape, **size)
 
 
-@scene(1, 128)
+@scene(1, 128, alike=True)
 def mesh_lights():
     subject()
 
@@ -129,7 +129,7 @@ def light_path():
     kit.lamp(100)
 
 
-@scene(1)
+@scene(1, alike=True)
 def world_gradient():
     """A world that is dark in most directions, through a procedural texture."""
     subject()
@@ -143,7 +143,7 @@ def world_gradient():
     kit.world(build)
 
 
-@scene(1)
+@scene(1, alike=True)
 def light_nodes():
     subject()
 
@@ -164,7 +164,7 @@ def light_nodes():
     kit.light("AREA", 40, (0, 2, 2), (0, 0, 0.4), by_position, size=1.2)
 
 
-@scene(1)
+@scene(1, alike=True)
 def many_lights():
     subject()
     for i in range(24):
@@ -174,7 +174,7 @@ def many_lights():
         kit.light("POINT", 2.0 + 2.0 * (i % 5), place, shadow_soft_size=0.05, color=color)
 
 
-@scene(1)
+@scene(1, alike=True)
 def light_linked_settings():
     """Lights that some rays do not see, that cast no shadow, that bounce only so often."""
     subject()
@@ -186,7 +186,7 @@ def light_linked_settings():
     unseen.visible_diffuse = False
 
 
-@scene(1, 192)
+@scene(1, 192, alike=True)
 def cornell_box():
     white = kit.diffuse((0.75, 0.75, 0.75))
     walls = (
@@ -267,7 +267,7 @@ def linking_subject() -> tuple[list[bpy.types.Object], list[bpy.types.Object]]:
     return lit, [lamp, point, face]
 
 
-@scene(1, 128)
+@scene(1, 128, alike=True)
 def light_linking():
     """Lights of their own for a ball, for all but an instancer, and for all but the floor."""
     (floor, ball, _, instancer, _), lights = linking_subject()
@@ -276,7 +276,7 @@ def light_linking():
     lights[2].light_linking.receiver_collection = linked("floor", floor, excluded=True)
 
 
-@scene(1, 128)
+@scene(1, 128, alike=True)
 def shadow_linking():
     """Lamps that one ball, and one that all but the veil and an instancer block; a face that only a ball blocks."""
     (_, left, right, instancer, veil), lights = linking_subject()
@@ -294,7 +294,7 @@ def caught() -> None:
     kit.world(lambda node: node("Background", Color=(0.3, 0.4, 0.6)))
 
 
-@scene(1)
+@scene(1, alike=True)
 def shadow_catcher():
     """A transparent film; a catcher lies under another, and one is half transparent."""
     caught()
@@ -304,7 +304,7 @@ def shadow_catcher():
     kit.put("plane", half, (-1.5, -1.5, 0.6), 0.7).is_shadow_catcher = True
 
 
-@scene(1)
+@scene(1, alike=True)
 def shadow_catcher_before_world():
     """The world is visible, behind a veil too; a holdout stands on the floor."""
     caught()

@@ -35,17 +35,17 @@ ROUGHNESS = (0.1, 0.3, 0.6, 1.0)
 GOLD = (1.0, 0.7, 0.3)
 
 
-@scene(2)
+@scene(2, alike=True)
 def metal():
     show(over("BsdfPrincipled", "Roughness", ROUGHNESS, Metallic=1.0, Base_Color=GOLD))
 
 
-@scene(2)
+@scene(2, alike=True)
 def metal_mirror():
     show([*over("BsdfPrincipled", "Roughness", (0.0, 0.03), Metallic=1.0), bsdf("BsdfAnisotropic", Roughness=0.0)])
 
 
-@scene(2)
+@scene(2, alike=True)
 def metal_anisotropic():
     def brushed(node, axis, turn):
         tangent = node("Tangent", direction_type="RADIAL", axis=axis)
@@ -147,7 +147,7 @@ def refraction():
     )
 
 
-@scene(2, 256)
+@scene(2, 256, alike=True)
 def transmission():
     base = dict(Transmission_Weight=1.0, Base_Color=(0.9, 0.7, 0.5))
     show(
@@ -247,7 +247,7 @@ def normal_map():
     )
 
 
-@scene(2)
+@scene(2, alike=True)
 def coat_normal():
     """A bump below a smooth coat, and the other way round."""
 
@@ -277,7 +277,7 @@ def principled_everything():
     show([kit.principled(**everything, **tints, Roughness=roughness) for roughness in (0.15, 0.5)])
 
 
-@scene(2, 192, filter_glossy=1.0, caustics_refractive=False, caustics_reflective=False)
+@scene(2, 192, filter_glossy=1.0, caustics_refractive=False, caustics_reflective=False, alike=True)
 def without_caustics():
     """Filter glossy, and no caustics."""
     show(

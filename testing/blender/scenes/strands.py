@@ -113,7 +113,7 @@ def tubes():
     curves(fur(40, 4), np.linspace(0.08, 0.03, 4), kit.diffuse((0.7, 0.4, 0.2)))
 
 
-@scene(1, deep=True, by_version=True)
+@scene(1, deep=True, alike=False)
 def poly_curves():
     """Curves of type POLY: straight cones with round ends from Blender 5.2 on, ribbons before."""
     ground()

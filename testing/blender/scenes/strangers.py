@@ -146,7 +146,7 @@ def culled():
     kit.lamp()
 
 
-@scene(1)
+@scene(1, alike=True)
 def shader_occlusion():
     """Ambient Occlusion as a colour, near and far, inside, of the object alone."""
     kinds = ({}, {"Distance": 0.4}, {"only_local": True})

@@ -65,7 +65,7 @@ def subsurface_anisotropic():
     show([skin(0.05, method=m, Subsurface_Anisotropy=g) for m in METHODS for g in (0.4, 0.8)])
 
 
-@scene(3, 192, by_version=True)
+@scene(3, 192, alike=False)
 def subsurface_backward():
     """Backward scattering, which Blender before 5.2 takes for none."""
     show([skin(0.05, JADE, method, Subsurface_Anisotropy=-0.5) for method in METHODS])
@@ -76,7 +76,7 @@ def subsurface_burley():
     show([skin(0.02, method="BURLEY"), skin(0.1, JADE, "BURLEY"), skin(0.4, method="BURLEY")])
 
 
-@scene(3, 128, by_version=True)
+@scene(3, 128, alike=False)
 def subsurface_entry():
     """Rough and smooth entries, and IORs."""
     show(

@@ -90,7 +90,7 @@ def checker_noise():
     )
 
 
-@scene(1)
+@scene(1, alike=True)
 def voronoi():
     def cells(**keywords):
         return lambda node: node("TexVoronoi", Vector=coordinates(node), Scale=4.0, **keywords)
@@ -276,7 +276,7 @@ def alpha_shadows():
     kit.light("POINT", 60, (-1, -2.5, 3), shadow_soft_size=0.1)
 
 
-@scene(1)
+@scene(1, alike=True)
 def oren_nayar():
     kit.floor()
     kit.row([kit.diffuse((0.7, 0.5, 0.4), roughness) for roughness in (0.0, 0.2, 0.5, 1.0)], size=0.55)
@@ -284,7 +284,7 @@ def oren_nayar():
     kit.light("AREA", 60, (3, 2, 2), size=1.0)
 
 
-@scene(1)
+@scene(1, alike=True)
 def translucent():
     kit.floor()
 
@@ -299,7 +299,7 @@ def translucent():
     kit.light("POINT", 60, (2.5, 1.5, 1.5), shadow_soft_size=0.2)
 
 
-@scene(1)
+@scene(1, alike=True)
 def emission_nodes():
     """Emission that a mix hides in part, and blackbody colours."""
     kit.floor()

@@ -28,7 +28,7 @@ def stage():
     kit.world(lambda node: node("Background", Color=(0.7, 0.85, 1.0), Strength=0.3))
 
 
-@scene(1, 64, volume_bounces=8)
+@scene(1, 64, volume_bounces=8, alike=True)
 def volume_scatter():
     stage()
     kit.put("cube", scattering(), (-1.0, 0.0, 0.7), 0.6)
@@ -50,7 +50,7 @@ def volume_phases():
         thing.location.z += 0.1
 
 
-@scene(1, 96)
+@scene(1, 96, alike=True)
 def volume_absorption_in_glass():
     def inside(node):
         return node("VolumeAbsorption", Color=(0.2, 0.6, 0.9), Density=1.5)
@@ -114,7 +114,7 @@ def volume_mixed():
     kit.light("POINT", 20.0, (0.0, -0.3, 1.3), shadow_soft_size=0.4)
 
 
-@scene(1, 256, volume_bounces=2)
+@scene(1, 256, volume_bounces=2, alike=True)
 def volume_around_camera():
     stage()
     kit.put("cube", scattering((0.8, 0.8, 0.8), 0.08), (0.0, 0.0, 4.0), 9.0)
