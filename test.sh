@@ -2,8 +2,8 @@
 # Runs the tests with every supported Python that this machine has: ./test.sh [--deep] [arguments of pytest].
 #
 # The newest Python runs everything, an older one the tests that touch Blender; with --deep both run everything, and
-# the cases marked `deep` as well. Kernels are compiled first, by all Pythons at once. Where pytest is given arguments
-# each Python runs what they say, in one process.
+# the cases marked `deep` as well. Kernels are compiled first, by all Pythons at once; tests follow as soon as theirs are
+# there. Where pytest is given arguments each Python runs what they say, in one process.
 set -euo pipefail
 source "$(dirname "$0")/tools/environment.sh"
 
@@ -35,18 +35,17 @@ if [ $# != 0 ]; then
 fi
 
 cores=$(nproc)
+share=$((cores / ${#versions[@]} > 0 ? cores / ${#versions[@]} : 1))
 jobs=()
 for i in "${!versions[@]}"; do
     needed=()
     [ "${versions[i]}" = "$newest" ] || [ ${#deep[@]} != 0 ] || needed=(--blender)
-    "${pythons[i]}" -m testing.compile --processes "$cores" "${needed[@]}" | sed "s/^/Python ${versions[i]}: /" &
+    "${pythons[i]}" -m testing.compile --processes "$share" "${needed[@]}" | sed "s/^/Python ${versions[i]}: /" &
     jobs+=($!)
-done
-for job in "${jobs[@]}"; do
-    wait "$job" || status=$?
 done
 
 for i in "${!versions[@]}"; do
+    wait "${jobs[i]}" || status=$?
     parts=()
     [ "${versions[i]}" = "$newest" ] || [ ${#deep[@]} != 0 ] || parts=(tests/blender tests/images)
     echo "Tests with Python ${versions[i]}"

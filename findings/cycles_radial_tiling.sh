@@ -1,12 +1,10 @@
 #!/usr/bin/env bash
 # Cycles in bpy 5.2.3: the Radial Tiling node (new in Blender 5.0) with exactly 2 sides and a roundness between 0 and 1
-# gives widths of segments of minus millions. With 2.01 or 3 sides, or with a roundness of 0, they are numbers about 1.
+# gives widths of segments of minus millions. With 2.01 or 3 sides, or with a roundness of 0, they are below 100.
 #
-# A plane that emits 10 + Segment Width, so that it is seen whatever its sign, before an orthographic camera. Seen: the
-# width between the least and the most of the plane
-#    2 sides, roundness 0.5:   -5135914 … -5135914
-#    2 sides, roundness 0:     2 … 2 or less than 1000 in any case
-#    2.01 and 3 sides, 0.5:    less than 1000
+# A plane that emits the absolute value of Segment Width before an orthographic camera. Seen, the least and the most:
+#    2 sides, roundness 0.5:                      4.5e6 … 5.4e6
+#    2 sides, 0; 2.01 sides, 0.5; 3 sides, 0.5:   below 100
 # What it means here: two sides are taken as if the roundness were 0 (kernels/shading/textures/radial.py).
 #
 # Takes Python 3.13 as $1 or python3. Fails when this changes.
@@ -44,12 +42,12 @@ tree = material.node_tree
 tree.nodes.clear()
 place = tree.nodes.new("ShaderNodeTexCoord")
 tiles = tree.nodes.new("ShaderNodeRadialTiling")
-shift = tree.nodes.new("ShaderNodeMath")
-shift.inputs[1].default_value = 10.0
+size = tree.nodes.new("ShaderNodeMath")
+size.operation = "ABSOLUTE"
 light = tree.nodes.new("ShaderNodeEmission")
 tree.links.new(place.outputs["Object"], tiles.inputs["Vector"])
-tree.links.new(tiles.outputs["Segment Width"], shift.inputs[0])
-tree.links.new(shift.outputs[0], light.inputs["Strength"])
+tree.links.new(tiles.outputs["Segment Width"], size.inputs[0])
+tree.links.new(size.outputs[0], light.inputs["Strength"])
 tree.links.new(light.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
 
 
@@ -61,7 +59,7 @@ def widths(sides, roundness):
     pixels = np.empty(4 * 32 * 32, np.float32)
     image.pixels.foreach_get(pixels)
     bpy.data.images.remove(image)
-    found = pixels.reshape(-1, 4)[:, 0] - 10.0
+    found = pixels.reshape(-1, 4)[:, 0]
     print(f"{sides:g} sides, roundness {roundness:g}: {found.min():g} … {found.max():g}", flush=True)
     return float(np.abs(found).max())
 

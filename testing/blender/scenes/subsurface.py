@@ -40,7 +40,7 @@ def skin(length: float, *args, **keywords) -> bpy.types.Material:
     return kit.principled(**subsurface(length, *args, **keywords))
 
 
-@scene(3, 128)
+@scene(3, 128, deep=True)
 def subsurface_short():
     show([skin(0.01, method=method) for method in METHODS])
 
@@ -50,12 +50,12 @@ def subsurface_medium():
     show([skin(0.06, method=method) for method in METHODS], "monkey")
 
 
-@scene(3, 192)
+@scene(3, 192, deep=True)
 def subsurface_long():
     show([skin(0.5, JADE, method) for method in METHODS])
 
 
-@scene(3, 192)
+@scene(3, 192, deep=True)
 def subsurface_dark_and_bright():
     show([skin(0.05, color) for color in ((0.02, 0.1, 0.2), (0.99, 0.95, 0.9), (0.0, 0.5, 1.0))])
 
