@@ -88,13 +88,14 @@ class Viewport:
 
         A draw costs a picture's time where Blender draws slowly, and no sample is rendered meanwhile.
         """
+        session = self._session
         is_late = time.perf_counter() - self._drawn > LINE_INTERVAL
-        ended = not self._session.busy
-        if self._session.shown is self._shown and not (is_late and self._session.line != self._line) and not ended:
-            return LOOK_INTERVAL
-        self._looks = False
-        with contextlib.suppress(ReferenceError):  # the view may be gone
+        is_new = session.shown is not self._shown or (is_late and session.line != self._line)
+        with contextlib.suppress(ReferenceError):  # the view may be gone: then all that is asked of its engine raises
+            if not is_new and session.busy and engine.is_preview is not None:
+                return LOOK_INTERVAL
             engine.tag_redraw()
+        self._looks = False
         return None
 
     def _draw(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .shared import RestirPanel
+from .shared import RestirPanel, view_layer_list
 
 _PLACED = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "VOLUME", "LIGHT", "EMPTY"}
 
@@ -18,13 +18,7 @@ class RESTIR_VIEWLAYER_PT_light_groups(RestirPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layer = context.view_layer
-        row = self.layout.row()
-        names = layer, "lightgroups", layer, "active_lightgroup_index"
-        row.column().template_list("UI_UL_list", "lightgroups", *names, rows=3)
-        buttons = row.column(align=True)
-        buttons.operator("scene.view_layer_add_lightgroup", icon="ADD", text="")
-        buttons.operator("scene.view_layer_remove_lightgroup", icon="REMOVE", text="")
+        buttons = view_layer_list(self.layout, context.view_layer, "lightgroup", "UI_UL_list")
         buttons.menu("VIEWLAYER_MT_lightgroup_sync", icon="DOWNARROW_HLT", text="")
 
 

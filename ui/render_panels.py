@@ -10,7 +10,7 @@ from ..restir_engine import denoise, warning_log
 from ..restir_engine.reuse_settings import OPTIONS
 from ..restir_engine.scene.cryptomatte import KINDS
 from ..restir_engine.settings import PASSES, carries_visibility
-from .shared import RestirPanel
+from .shared import RestirPanel, view_layer_list
 
 
 class RESTIR_RENDER_PT_sampling(RestirPanel, bpy.types.Panel):
@@ -269,11 +269,7 @@ class RESTIR_VIEWLAYER_PT_aovs(RestirPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layer = context.view_layer
-        row = self.layout.row()
-        row.column().template_list("VIEWLAYER_UL_aov", "aovs", layer, "aovs", layer, "active_aov_index", rows=3)
-        buttons = row.column(align=True)
-        buttons.operator("scene.view_layer_add_aov", icon="ADD", text="")
-        buttons.operator("scene.view_layer_remove_aov", icon="REMOVE", text="")
+        view_layer_list(self.layout, layer, "aov", "VIEWLAYER_UL_aov")
         if layer.active_aov is not None and not layer.active_aov.is_valid:
             self.layout.label(text="Another pass has this name: it is left out", icon="ERROR")
 

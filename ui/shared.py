@@ -81,3 +81,13 @@ class RestirPanel:
         self.layout.use_property_split = True
         self.layout.use_property_decorate = False
         return self.layout.column()
+
+
+def view_layer_list(layout, layer: bpy.types.ViewLayer, kind: str, ui_list: str) -> bpy.types.UILayout:
+    """The list of a view layer's AOVs ("aov") or light groups ("lightgroup"); returns the column of its buttons."""
+    row = layout.row()
+    row.column().template_list(ui_list, f"{kind}s", layer, f"{kind}s", layer, f"active_{kind}_index", rows=3)
+    buttons = row.column(align=True)
+    buttons.operator(f"scene.view_layer_add_{kind}", icon="ADD", text="")
+    buttons.operator(f"scene.view_layer_remove_{kind}", icon="REMOVE", text="")
+    return buttons

@@ -22,8 +22,8 @@ from .working_space import REC709, to_scene_linear, working_space
 
 _ENCODED = "sRGB"
 _RAW = "Non-Color"
-# Files whose encoded values Blender turns into scene-linear floats when they have more than 8 bits: Cycles does not.
 _MOVING = ("SEQUENCE", "MOVIE")
+# Files whose encoded values Blender turns into scene-linear floats when they have more than 8 bits: Cycles does not.
 _ENCODED_FLOATS = ("PNG", "TIFF", "JPEG2000")
 
 

@@ -34,7 +34,7 @@ def first_layer(data: bytes) -> bytes | None:
         return None
     headers, at = [], 8
     while data[at] or not headers:
-        attributes, at = _attributes(data, at)
+        attributes, at = attributes_at(data, at)
         headers.append(attributes)
         if not version & _MULTIPART:
             break
@@ -63,7 +63,7 @@ def first_layer(data: bytes) -> bytes | None:
     return head + struct.pack(f"<{first}Q", *table) + b"".join(chunks)
 
 
-def _attributes(data: bytes, at: int) -> tuple[dict[bytes, tuple[bytes, bytes]], int]:
+def attributes_at(data: bytes, at: int) -> tuple[dict[bytes, tuple[bytes, bytes]], int]:
     """(type, value) of a header's attributes by name, and where the header ends."""
     found = {}
     while data[at]:

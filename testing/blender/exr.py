@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from restir_engine.sync.multilayer import _attributes
+from restir_engine.sync.multilayer import attributes_at
 
 _TYPES = {1: np.dtype("<f2"), 2: np.dtype("<f4")}
 _MULTIPART = 0x1000
@@ -17,7 +17,7 @@ def channels(path: str | Path) -> dict[str, np.ndarray]:
     several = struct.unpack_from("<I", data, 4)[0] & _MULTIPART
     headers, at = [], 8
     while data[at] or not headers:
-        header, at = _attributes(data, at)
+        header, at = attributes_at(data, at)
         headers.append(header)
         if not several:
             break

@@ -68,7 +68,6 @@ def start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
     path.flags = RAY_CAMERA
     path.dimension = DIM_FIRST_VERTEX
     path.background_visible = 1
-    path.caught = 0
     path.receiver_set = SEES_ALL
     path.denoise = 1
     put(path.throughput, (1.0, 1.0, 1.0))
