@@ -80,7 +80,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         "reuse": PointerProperty(type=RestirReuseSettings, name="Reuse", description=RestirReuseSettings.__doc__),
         "film_from": StringProperty(
             name="Film From",
-            description="For scripts: a merged multilayer OpenEXR file that renders deliver in place of samples of their own",
+            description="For scripts: a merged multilayer OpenEXR file, which renders deliver instead of sampling",
             subtype="FILE_PATH",
         ),
         # Whether the Cycles settings of this scene were looked at once.
