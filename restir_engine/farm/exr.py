@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import uuid
 from pathlib import Path
 from typing import NamedTuple
 
@@ -107,7 +107,7 @@ class MultilayerFile:
                 parts.append(exr.Part(header, channels, part.name()))
         parts[0].header.update(fields)
         path = Path(path)
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+        unfinished = path.with_name(f".{path.name}.{uuid.uuid4().hex}")  # of nobody else, on whatever machine
         try:
             exr.File(parts).write(str(unfinished))
             unfinished.replace(path)
