@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import logging
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -195,7 +196,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--finish", action="store_true", help="leave it as one render of all samples does")
     parser.add_argument("--denoise", action="store_true", help="finish it, and denoise it in any case")
     options = parser.parse_args(arguments)
+    logging.getLogger(Warnings.__module__).setLevel(logging.ERROR)  # they are printed below
     _find_denoiser()
+    if options.denoise and denoise.find_library() is None:
+        parser.error("there is no Open Image Denoise here: use `blender --command restir_merge`, or install bpy")
     try:
         warnings = merge(options.parts, options.out, options.finish or options.denoise, "HIGH" * options.denoise)
     except FileError as error:
