@@ -10,6 +10,7 @@ import pytest
 from restir_engine.farm.exr import FileError, Key, MultilayerFile
 from restir_engine.farm.merge import main, merge
 from restir_engine.farm.record import read_records
+from restir_engine.sync import left_out
 from testing.blender import ranges
 from testing.blender.render import quiet, read
 
@@ -221,6 +222,30 @@ def test_a_render_region_is_merged_and_the_rest_of_the_frame_left_alone(rendered
         assert worst(tmp_path / name, whole)[0] < ROUNDING, name
         own, others = (frame(path, "Few.Combined.A", "Few.Vector.X") for path in (tmp_path / name, whole))
         np.testing.assert_allclose(own, others, rtol=1e-5, atol=1e-5)
+
+
+ONE_VIEW = any(entry.path == "render.use_multiview" for entry in left_out.SCENE)
+
+
+@pytest.mark.skipif(ONE_VIEW, reason="the engine renders one view of several")
+def test_views_are_merged_each_by_itself(rendered, tmp_path):
+    scene = rendered[0]
+    render, image = scene.render, scene.render.image_settings
+    ranges.save(scene, tmp_path / "one_view.exr")  # after which files can have several
+    before, render.use_multiview, image.views_format = image.views_format, True, "MULTIVIEW"
+    try:
+        whole = ranges.save(scene, tmp_path / "whole.exr")
+        merge(ranges.save_ranges(scene, tmp_path, 3), tmp_path / "merged.exr", finish=True)
+        ranges.save(scene, tmp_path / "film.exr", film_from=str(tmp_path / "merged.exr"))
+        with pytest.raises(RuntimeError, match="has no view “left”: save all views of its ranges in one file"):
+            ranges.save(scene, tmp_path / "no.exr", film_from=str(tmp_path / "one_view.exr"))
+    finally:
+        render.use_multiview, image.views_format = False, before
+        scene.restir.film_from = ""
+    assert {key.view for key in MultilayerFile(tmp_path / "merged.exr").keys} == {"left", "right"}
+    for name in ("merged.exr", "film.exr"):
+        found = worst(tmp_path / name, whole)
+        assert found[0] < ROUNDING, (name, found)
 
 
 def frame(path, *channels: str) -> np.ndarray:
