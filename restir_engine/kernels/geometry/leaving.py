@@ -1,9 +1,9 @@
 """Rays that leave an object through its surface, and what touches it there: a floor under glass, under skin.
 
 Origins of rays lie off the surface by what positions may be wrong by, beyond whatever lies as near. So a ray that comes
-out of an object begins before that surface, and is let through what is the object's own until it has left it. So does what goes
-back from a surface that is touched. Other rays that go back need none of this: what touches their surface would have
-been met before.
+out of an object begins before that surface, and is let through what is the object's own until it has left it. So does
+what goes back from a surface that is touched. Other rays that go back need none of this: what touches their surface
+would have been met before.
 """
 
 from ..core.jit import entry, inlined
