@@ -17,7 +17,7 @@ _CONTEXT = 64
 _INSTANCE, _UNTIL = 2, 3  # behind the context's own fields
 _INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
 _ALL_FEATURES = 0xFFFFFFFF
-_MARGIN, _GRAZING = 2.5, 1e-3  # of the position's error, and the least cosine that it is divided by
+_MARGIN, _GRAZING = 2.5, 1e-2  # of the position's error, and the least cosine that it is divided by
 
 
 @entry
