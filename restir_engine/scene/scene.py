@@ -12,6 +12,7 @@ import numpy as np
 from ..embree.scenes import Placed, ShapeScene, WorldScene
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
+from ..kernels.geometry.leaving import own_filter
 from ..kernels.geometry.shapes import shape_entries
 from ..kernels.lobes import lobe_tables
 from ..kernels.shading.interpreter import shader_entries
@@ -135,6 +136,7 @@ class Scene(RecordOwner):
         self._share("meshes", meshes)
         record["n_meshes"] = len(meshes)
         self._share("shape_entries", shape_entries(meshes["shape"]))
+        record["own_filter"] = own_filter.address
 
         transforms = np.ascontiguousarray(instances["to_world"], np.float32)
         content = [

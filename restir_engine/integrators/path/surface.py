@@ -33,6 +33,7 @@ def meet_surface(scene, integrator, film, scratch, path, sp, t, instance, primit
     if path.last == LAST_BEFORE_SURFACE:
         return ENDS
     surface_point(scene, sp, instance, primitive, u, v, t, vec(path.d))
+    sp.touches = 1 if path.left > 0 and t == 0.0 else 0
     material = material_at(scene.materials, sp.material).flags
     if material & MATERIAL_MEDIUM and pass_boundary(scene, scratch, path, sp):
         return GOES_ON

@@ -10,6 +10,7 @@ from ...kernels.core.records import (
 from ...kernels.core.vec import vec
 from ...kernels.geometry.camera import camera_reach
 from ...kernels.geometry.intersect import trace
+from ...kernels.geometry.leaving import trace_leaving
 from ...kernels.path.direct import direct_light
 from ...kernels.path.state import ARRIVES, ENDS, ENTERS, FAR, GOES_ON, LIT, SHADES, ray_mask
 from ...kernels.subsurface.methods import scatter
@@ -49,4 +50,8 @@ def trace_ray(scene, camera, scratch, path):
     """Trace the path's ray, for `arrive`."""
     d = vec(path.d)
     reach = camera_reach(camera, d) if path.flags & RAY_CAMERA else FAR
-    trace(scene, scratch, vec(path.o), d, path.tmin, reach, ray_mask(path.flags))
+    o, mask = vec(path.o), ray_mask(path.flags)
+    if path.left > 0:
+        trace_leaving(scene, scratch, o, d, path.run_up, reach, mask, path.left - 1)
+    else:
+        trace(scene, scratch, o, d, path.tmin, reach, mask)

@@ -37,10 +37,22 @@ def put_ray(ray, o, d, tmin, tmax, mask, time):
 def trace(scene, scratch, o, d, tmin, tmax, mask):
     """Find the nearest hit of a ray, for `nearest`. mask: RAY_* bits; instances that share none are invisible."""
     ray = scratch + SCRATCH_RAY
-    put_ray(ray, o, d, tmin, tmax, mask, scene.time)
+    start(ray, o, d, tmin, tmax, mask, scene.time)
+    rtc_intersect1(scene.embree, ray, 0)
+    complete(scene, ray)
+
+
+@inlined
+def start(ray, o, d, tmin, tmax, mask, time):
+    """Fill an RTCRayHit that has hit nothing so far."""
+    put_ray(ray, o, d, tmin, tmax, mask, time)
     store_u32(ray, 18, INVALID)
     store_u32(ray, 19, INVALID)
-    rtc_intersect1(scene.embree, ray, 0)
+
+
+@inlined
+def complete(scene, ray):
+    """Let the code of a shape that was hit have its say."""
     shape = load_u32(ray, 18)
     # Instances are structures of one geometry, whose ID is its shape; in the world itself stand triangles.
     if shape != 0 and load_u32(ray, 19) != INVALID:

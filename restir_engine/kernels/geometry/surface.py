@@ -53,7 +53,7 @@ def surface_point(scene, sp, instance, primitive, u, v, t, d):
     sp.t = t
     sp.u = u
     sp.v = v
-    sp.backfacing = 0
+    sp.backfacing = sp.from_inside = sp.touches = 0
     put(sp.wo, neg(d))
     if mesh.shape != SHAPE_TRIANGLES:
         entry = load_i64(scene.shape_entries, SHAPE_ENTRIES * mesh.shape + SHAPE_SURFACE)

@@ -12,6 +12,7 @@ from ..core.records import (
 )
 from ..core.vec import length, max3, mul, scale, sub, vec
 from ..geometry.intersect import intersect, occluded
+from ..geometry.leaving import occluded_leaving, run_up
 from ..geometry.surface import shadow_origin, surface_point
 from ..lights.linking import opaque_blockers, transparent_blockers
 from ..shading.interpreter import shader_eval
@@ -42,7 +43,13 @@ def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
         tmax = length(d)
         d = scale(d, 1.0 / tmax)
         tmax *= 1.0 - 2.0e-5
-    if occluded(scene, scratch, o, d, tmax, opaque_blockers(light_sample_in(scratch).blockers)):
+    mask = opaque_blockers(light_sample_in(scratch).blockers)
+    before = run_up(sp, d) if sp.instance >= 0 else 0.0
+    if before > 0.0:
+        is_dark = occluded_leaving(scene, scratch, o, d, before, tmax, mask, sp.instance)
+    else:
+        is_dark = occluded(scene, scratch, o, d, tmax, mask)
+    if is_dark:
         return (0.0, 0.0, 0.0)
     if scene.flags & SCENE_HAS_MEDIA:
         return media_transmittance(scene, integrator, scratch, sp, o, d, tmax)

@@ -25,6 +25,7 @@ from ..core.records import (
 )
 from ..core.vec import is_black, max3, mul, put, vec
 from ..geometry.camera import camera_ray
+from ..geometry.leaving import run_up
 from ..lights.linking import SEES_ALL
 from ..lobes.closure import LABEL_DIFFUSE, LABEL_GLOSSY, LABEL_REFLECT, LABEL_SINGULAR
 from .shutter import set_time, shutter_time
@@ -172,6 +173,7 @@ def pass_through(integrator, path, sp, weight):
         path.last = LAST_BEFORE_SURFACE
     path.dimension += DIMENSIONS
     path.tmin = next_after(sp.t)
+    path.left = 0
     return GOES_ON
 
 
@@ -180,6 +182,8 @@ def next_ray(path, sp, o, d):
     """Begin the path's next ray at the vertex sp, with how light sampling has chosen there: MIS asks for it again."""
     put(path.o, o)
     put(path.d, d)
+    path.run_up = run_up(sp, d) if sp.instance >= 0 else 0.0
+    path.left = sp.instance + 1 if path.run_up > 0.0 else 0
     path.receiver_set = sp.light_set
     put(path.receiver, vec(sp.receiver))
     put(path.light_shares, vec(sp.light_shares))

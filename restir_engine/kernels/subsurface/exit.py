@@ -19,6 +19,7 @@ def leave(scene, sp, primitive, u, v, t, d):
     n = vec(sp.n)
     if material_at(scene.materials, sp.material).flags & MATERIAL_BUMPED_EXIT:
         n = _bumped(scene, sp, n)
+    sp.from_inside = 1
     sp.n_closures = 0
     add_closure(sp, LOBE_LAMBERT, (1.0, 1.0, 1.0), n)
 

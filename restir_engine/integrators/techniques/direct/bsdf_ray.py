@@ -16,7 +16,8 @@ from ....kernels.core.records import (
 )
 from ....kernels.core.vec import max3, normalize, vec
 from ....kernels.core.warp import octahedral
-from ....kernels.geometry.intersect import intersect
+from ....kernels.geometry.intersect import nearest, trace
+from ....kernels.geometry.leaving import run_up, trace_leaving
 from ....kernels.geometry.surface import offset_origin, surface_point
 from ....kernels.lights import (
     light_point,
@@ -66,12 +67,17 @@ def bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, cou
         return
     o = offset_origin(sp, wi)
     d = normalize(wi)
+    before = run_up(sp, d)
     flags = ray_flags(label)
     point = tile_point(scratch)
     tmin = 0.0
     origin = FOUND if scene.flags & SCENE_HAS_MEDIA else CLEAR
     for _ in range(integrator.transparent_bounces - path.transparent_bounce + 1):
-        t, instance, primitive, x, y = intersect(scene, scratch, o, d, tmin, FAR, ray_mask(flags))
+        if tmin == 0.0 and before > 0.0:
+            trace_leaving(scene, scratch, o, d, before, FAR, ray_mask(flags), sp.instance)
+        else:
+            trace(scene, scratch, o, d, tmin, FAR, ray_mask(flags))
+        t, instance, primitive, x, y = nearest(scratch)
         if tmin == 0.0:
             hit.instance = instance
             hit.primitive = primitive

@@ -110,6 +110,8 @@ PATH = record(
     ("o", 3),
     ("d", 3),
     ("tmin", 1),
+    "left",  # the instance that the ray comes out of, and 1; 0: of none, or of none that something could touch
+    ("run_up", 1),  # then how far before o it begins, see kernels.geometry.leaving
     ("t", 1),  # where the ray ends, for the code of media
     ("time", 1),  # 0: the shutter opens, 1: it closes
     ("medium_start", 1),  # where on the ray the present medium begins, while tmin > 0

@@ -76,6 +76,7 @@ SCENE = record(
     "tables",  # float32: colour ramps, curves
     "images",
     "n_images",
+    "own_filter",  # code: kernels.geometry.leaving.own_filter
     "shape_entries",  # int64: addresses of what only some shapes need, see kernels.geometry.shapes
     "shader_entries",  # int64: addresses of what runs programs by opcode, see kernels.shading.interpreter
     "lobe_tables",  # float32: albedo tables, see kernels.lobes

@@ -102,6 +102,8 @@ SHADING_POINT = record(
     ("terminator_frequency", 1),  # of the INSTANCE
     ("sampled_alpha_squared", 1),  # of the closure that bsdf_sample chose, α_x α_y; inf: it has no α
     ("p", 3),
+    "touches",  # 1: it touches the surface that the path has come out of
+    "from_inside",  # 1: light has come here from inside of the object, and ng is on the other side
     ("error", 1),  # what p and a ray from p may be wrong by in single precision
     ("n", 3),  # shading normal, on the side of wo's geometric side
     ("ng", 3),  # geometric normal, flipped to the side of wo
