@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import cycles_settings, maintenance, medium_presets
+from . import cycles_settings, farm, maintenance, medium_presets
 
 CLASSES = (
     cycles_settings.RESTIR_OT_settings_from_cycles,
@@ -18,10 +18,12 @@ def register() -> None:
         if not cls.is_registered:
             bpy.utils.register_class(cls)
     cycles_settings.watch()
+    farm.register()
 
 
 def unregister() -> None:
     """Take them away."""
+    farm.unregister()
     cycles_settings.unwatch()
     for cls in reversed(CLASSES):
         if cls.is_registered:

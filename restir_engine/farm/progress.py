@@ -1,0 +1,65 @@
+"""What the terminal shows of a run: a line for each frame, and below them one that says how far it is."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TextIO
+
+from ..session import format_time
+from .tasks import SAMPLES, Plan, Task
+
+EVERY = 10.0  # seconds between two lines where the output is no terminal
+
+
+class Progress:
+    """Writes to a stream; the last line is written over where that is a terminal."""
+
+    def __init__(self, plan: Plan, stream: TextIO = sys.stdout) -> None:
+        self._plan, self._stream = plan, stream
+        self._began = self._written = time.monotonic()
+        self._terminal = stream.isatty()
+        self._shown = ""
+
+    def tell(self, text: str) -> None:
+        """A line that stays."""
+        self._stream.write(f"\r\033[K{text}\n" if self._terminal else f"{text}\n")
+        self._stream.flush()
+
+    def show(self, running: dict[Task, int], workers: int) -> None:
+        """How far it is; running: samples of tasks that are being rendered."""
+        now = time.monotonic()
+        text = self.line(running, workers, now)
+        if self._terminal:
+            self._stream.write(f"\r\033[K{text}")
+            self._stream.flush()
+        elif now - self._written > EVERY and text != self._shown:
+            self._written = now
+            self.tell(text)
+        self._shown = text
+
+    def line(self, running: dict[Task, int], workers: int, now: float) -> str:
+        """Frames, samples, remaining time, workers."""
+        plan = self._plan
+        done = plan.done_samples + sum(min(count, task.count) for task, count in running.items())
+        total = plan.total_samples
+        parts = [f"Frames {len(plan.written)}/{plan.frames}", f"Samples {done}/{total}"]
+        if plan.failures:
+            parts.append(f"Failed {len(plan.failures)}")
+        if 0 < done < total:
+            parts.append(f"Remaining {format_time((now - self._began) * (total - done) / done)}")
+        parts.append(f"Workers {workers}" if workers else "Waiting for workers")
+        return " | ".join(parts)
+
+    def outcome(self, task: Task, outcome: dict) -> None:
+        """What became of a task, where that is of interest: frames, and whatever failed."""
+        if not outcome["ok"]:
+            from .cluster import told
+
+            again = " It is tried again." if outcome["again"] else ""
+            self.tell(f"FAILED {task}, on {outcome['host']}: {told(outcome)}{again}")
+        elif task.kind != SAMPLES:
+            what = "was there" if outcome["there"] else ", ".join(outcome["written"])
+            self.tell(f"Frame {task.frame}: {what} ({outcome['host']}, {format_time(outcome['seconds'])})")
+        for text in outcome["handlers"]:
+            self.tell(f"WARNING {task}, on {outcome['host']}: a handler of the file failed in {text}")
