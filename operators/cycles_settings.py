@@ -39,6 +39,9 @@ COPIED = {
 # that its threshold seldom lets it reach.
 COPIED_WHEN_SET = {"samples": "samples", "use_animated_seed": "use_animated_seed"}
 
+# These count where Cycles' switch for both is on.
+COPIED_OF_SUBSETS = {"sample_offset": "sample_offset", "sample_subset_length": "sample_subset"}
+
 
 def copy_settings(scene: bpy.types.Scene, keep_changed: bool) -> list[str]:
     """Copy what Cycles and we both have; returns a sentence for everything that has no counterpart.
@@ -53,6 +56,9 @@ def copy_settings(scene: bpy.types.Scene, keep_changed: bool) -> list[str]:
     for theirs, ours in (COPIED | when_set).items():
         if not (keep_changed and own.is_property_set(ours)) and hasattr(cycles, theirs):
             setattr(own, ours, getattr(cycles, theirs))
+    for theirs, ours in COPIED_OF_SUBSETS.items():
+        if not (keep_changed and own.is_property_set(ours)) and hasattr(cycles, theirs):
+            setattr(own, ours, getattr(cycles, theirs) if cycles.use_sample_subset else 0)
     return [f"{kind} “{name}”: {text}" for kind, name, text in scene_lines(scene, scene.view_layers)]
 
 

@@ -12,6 +12,9 @@ is the variance of the pixel's mean (each difference has that of all samples of 
 which is what Cycles compares with its threshold (there from one pair, of all even and all odd samples). A pixel is
 done when the variance of the 3 × 3 pixels about it says so, and all within REACH have it as well: few samples may have
 missed what is rare. When to look depends on the number of samples alone, not on time or threads.
+
+A range of the samples, a share q of all, is judged by itself, by the threshold / √q and with the share of the fewest
+samples: merged with the other ranges, a pixel has the error and the samples that one render of all gives it.
 """
 
 from __future__ import annotations
@@ -43,8 +46,9 @@ class Convergence:
 
     def __init__(self, film: Film, settings: RenderSettings) -> None:
         self._film = film
-        self._threshold = max(settings.adaptive_threshold, 1e-5)
-        self._min_samples = min_samples(self._threshold, settings.adaptive_min_samples)
+        share = settings.share
+        self._threshold = max(settings.adaptive_threshold, 1e-5) / math.sqrt(share)
+        self._min_samples = share * min_samples(settings.adaptive_threshold, settings.adaptive_min_samples)
         shape = film.height, film.width, 3
         self._before = np.zeros(shape, np.float32)
         self._first = np.zeros(shape, np.float32)  # what the first half of the pair in progress has added

@@ -59,6 +59,7 @@ class RestirEngine(bpy.types.RenderEngine):
             self.settings = (
                 properties.preview_settings(*of_frame, artist) if artist else properties.render_settings(*of_frame)
             )
+            self.settings.require_samples()
             configure_cache()
             from .sync.depsgraph import read_scene
             from .sync.kept import Kept
@@ -123,7 +124,7 @@ class RestirEngine(bpy.types.RenderEngine):
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         """Tell Blender which passes there will be."""
         shown = shown_passes(
-            properties.enabled_passes(renderlayer),
+            properties.delivered_passes(scene, renderlayer),
             properties.enabled_aovs(renderlayer),
             properties.enabled_light_groups(renderlayer),
         )
@@ -179,11 +180,11 @@ def failures_told(engine: RestirEngine, what: str) -> Iterator[None]:
 def deliver(engine: RestirEngine, result: bpy.types.RenderResult, session) -> None:
     """Hand over the samples that the film has, and give the result back to Blender in any case."""
     try:
-        if session.film.samples:
+        if session.is_valid:
             settings = session.settings
             write_passes(result, session, shown_passes(settings.passes, settings.aovs, settings.light_groups))
     finally:
-        engine.end_result(result, cancel=not session.film.samples)
+        engine.end_result(result, cancel=not session.is_valid)
 
 
 def artists_scene() -> bpy.types.Scene | None:

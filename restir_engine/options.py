@@ -75,6 +75,18 @@ SCENE_OPTIONS: dict[str, Option] = {
         soft_max=4096,
         max=1 << 24,
     ),
+    "sample_offset": Option(
+        "Sample Offset",
+        "Leave out so many of the samples, which another render takes. A view layer with samples of its own leaves out "
+        "the same share of them",
+        max=(1 << 24) - 1,
+    ),
+    "sample_subset": Option(
+        "Sample Subset",
+        "Take so many samples from the offset on, and no others: renders of all ranges, saved as multilayer OpenEXR, "
+        "merge to the picture of all samples. 0 takes all that follow",
+        max=1 << 24,
+    ),
     "preview_samples": Option(
         "Preview Samples",
         "Paths for each pixel of the 3D view and of material previews",

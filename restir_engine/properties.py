@@ -18,7 +18,16 @@ from .denoise import find_library
 from .options import MATERIAL_OPTIONS, SCENE_OPTIONS, VIEW_LAYER_OPTIONS, Option
 from .reuse_settings import OPTIONS, ReuseSettings
 from .scene.cryptomatte import KINDS
-from .settings import MAX_CRYPTOMATTES, MOST_LIGHT_GROUPS, PASSES, Aov, Mist, RenderSettings, cryptomatte
+from .settings import (
+    MAX_CRYPTOMATTES,
+    MOST_LIGHT_GROUPS,
+    PASSES,
+    Aov,
+    Mist,
+    RenderSettings,
+    carried_passes,
+    cryptomatte,
+)
 
 MIST_POWERS = {"LINEAR": 1.0, "QUADRATIC": 2.0, "INVERSE_QUADRATIC": 0.5}
 
@@ -108,6 +117,15 @@ def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     )
 
 
+def delivered_passes(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> frozenset[str]:
+    """Names of the passes that a final render of a view layer delivers."""
+    own, names = scene.restir, enabled_passes(view_layer)
+    if RenderSettings(samples=own.samples, sample_offset=own.sample_offset, sample_subset=own.sample_subset).is_part:
+        catchers = any(item.is_shadow_catcher for item in bpy.data.objects)
+        names = carried_passes(names, own.use_denoising, own.use_adaptive_sampling, catchers)
+    return names
+
+
 def is_blurred(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
     """Whether final renders have motion blur; they have no pass Vector then, as in Cycles."""
     return scene.render.use_motion_blur and view_layer.use_motion_blur
@@ -146,6 +164,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "seed": seed,
             "reuse": ReuseSettings(**{name: getattr(own.reuse, name) for name in OPTIONS}),
             "samples": view_layer.samples or own.samples,
+            "scene_samples": own.samples,
             "threads": scene.render.threads
             if scene.render.threads_mode == "FIXED" and not own.threads
             else own.threads,
@@ -157,7 +176,8 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "mist": mist(scene.world),
             "sss_irradiance_cache": own.sss_irradiance_cache and not is_blurred(scene, view_layer),
-            "passes": enabled_passes(view_layer) - ({"Vector"} if is_blurred(scene, view_layer) else set()),
+            "passes": delivered_passes(scene, view_layer)
+            - ({"Vector", "Vector Weight"} if is_blurred(scene, view_layer) else set()),
             "aovs": enabled_aovs(view_layer),
             "light_groups": enabled_light_groups(view_layer),
         }
@@ -186,6 +206,9 @@ def preview_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, ar
     return replace(
         final,
         samples=own.preview_samples,
+        sample_offset=0,
+        sample_subset=0,
+        scene_samples=0,
         sss_method=method,
         film_transparent=scene.render.film_transparent,
         passes=frozenset({"Combined"}),

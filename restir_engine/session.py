@@ -118,7 +118,8 @@ class Session:
         self.settings = settings
         self.history = history
         self._integrator: Integrator | None = None
-        self.status = Status(total=settings.samples)
+        self._range = settings.sample_range
+        self.status = Status(total=len(self._range))
         width, height = self.camera.film_size
         catchers = has_catchers(scene.instances)
         asked = settings.passes, settings.use_denoising, settings.aovs, settings.light_groups
@@ -128,6 +129,11 @@ class Session:
         self.denoised: np.ndarray | None = None
         self._cancel = threading.Event()
 
+    @property
+    def _time_limit(self) -> float:
+        """Seconds that these samples may take, 0: any; so that all ranges together take what all samples may."""
+        return self.settings.time_limit * self.settings.share
+
     def cancel(self) -> None:
         """End the render soon; safe from any thread."""
         self._cancel.set()
@@ -136,6 +142,11 @@ class Session:
     def cancelled(self) -> bool:
         """Whether it was or is being cancelled."""
         return self._cancel.is_set()
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether the film is a picture: of samples, or of the none that fall to this view layer."""
+        return self.film.samples > 0 or not self._range
 
     @property
     def way(self) -> RenderSettings:
@@ -175,6 +186,8 @@ class Session:
         Raises what a kernel raised, with the film as it was.
         """
         start = time.perf_counter()
+        if not self._range:  # of a view layer with fewer samples than there are ranges
+            return True
         self._report(PREPARING, start, on_progress)
         if self._integrator is None and not self._load(cancelled, start, on_progress):
             return False
@@ -185,7 +198,8 @@ class Session:
             finished = self._accumulate(integrator, pool, threads, start, cancelled, on_progress, on_frame)
         if self._trees is not None:
             self._trees.rendered(time.perf_counter() - began)
-        if self.settings.use_denoising and self.film.samples and not self._cancel.is_set():
+        wanted = self.settings.use_denoising and not self.settings.is_part
+        if wanted and self.film.samples and not self._cancel.is_set():
             self._report("Denoising", start, on_progress)
             self.denoised = denoise(self.film, self.settings.denoising_quality, self.scene.warnings)
         self._report("Finished" if finished else "Stopped", start, on_progress)
@@ -197,12 +211,12 @@ class Session:
 
     def _report(self, stage: str, start: float, on_progress: Callable[[Status], None]) -> None:
         elapsed = time.perf_counter() - start
-        done, total = self.film.samples, self.settings.samples
+        done, total = self.film.samples, len(self._range)
         remaining = None
         if done and done < total:
             remaining = (time.perf_counter() - self._first_sample) * (total - done) / done
-            if self.settings.time_limit:
-                remaining = min(remaining, self.settings.time_limit - elapsed)
+            if self._time_limit:
+                remaining = min(remaining, self._time_limit - elapsed)
         self.status = Status(stage, done, total, elapsed, remaining, memory_in_use())
         on_progress(self.status)
 
@@ -243,11 +257,11 @@ class Session:
         """
         tiles = self._tiles()
         self._first_sample = time.perf_counter()
-        limit = self.settings.time_limit
+        limit = self._time_limit
         convergence = Convergence(self.film, self.settings) if self.settings.use_adaptive_sampling else None
         batch = 1
-        while self.film.samples < self.settings.samples:
-            batch = min(batch, self.settings.samples - self.film.samples)
+        while self.film.samples < len(self._range):
+            batch = min(batch, len(self._range) - self.film.samples)
             if convergence:
                 batch = min(batch, convergence.left)
             began = time.perf_counter()
@@ -283,7 +297,7 @@ class Session:
 
     def _batch(self, integrator, pool, threads, tiles, samples, start, cancelled, on_progress) -> bool:
         """One batch of samples on every tile; False when it was cancelled."""
-        for stage in integrator.stages(self.film.samples, samples):
+        for stage in integrator.stages(self._range.start + self.film.samples, samples):
             items = tiles if stage.items is None else stage.items
             if not self._stage(stage, items, integrator, pool, threads, start, cancelled, on_progress):
                 return False

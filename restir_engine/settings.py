@@ -9,6 +9,7 @@ import numpy as np
 
 from .reuse_settings import ReuseSettings
 from .scene.cryptomatte import KINDS
+from .scene.errors import SceneError
 
 
 class Aov(NamedTuple):
@@ -32,6 +33,9 @@ class RenderSettings:
 
     integrator: str = "PATH"  # PATH, RESTIR: what a scene has unless it is changed
     samples: int = 128
+    sample_offset: int = 0  # of the scene's samples: those from this one on,
+    sample_subset: int = 0  # so many; 0: all that follow
+    scene_samples: int = 0  # that those two count, where a view layer has samples of its own; 0: samples
     seed: int = 0
     time_limit: float = 0.0  # seconds
     threads: int = 0  # 0: all
@@ -76,6 +80,35 @@ class RenderSettings:
     passes: frozenset[str] = frozenset({"Combined"})
     aovs: tuple[Aov, ...] = ()
     light_groups: tuple[str, ...] = ()  # of the view layer, at most MOST_LIGHT_GROUPS
+
+    @property
+    def sample_range(self) -> range:
+        """The samples that are taken, out of range(samples); a view layer's are the share that is the scene's."""
+        whole, first = self._counted, self.sample_offset
+        last = min(first + self.sample_subset, whole) if self.sample_subset else whole
+        return range(first * self.samples // whole, last * self.samples // whole)
+
+    @property
+    def _counted(self) -> int:
+        return self.scene_samples or self.samples
+
+    def require_samples(self) -> None:
+        """Raise SceneError where the range begins behind the last sample."""
+        if self.sample_offset >= self._counted:
+            raise SceneError(
+                f"The range of samples begins after {self.sample_offset}, but there are {self._counted}: lower Offset "
+                "or raise Samples in Render Properties > Sampling."
+            )
+
+    @property
+    def is_part(self) -> bool:
+        """Whether the render is of some samples alone, to be merged with the others."""
+        return self.sample_offset > 0 or 0 < self.sample_subset < self._counted
+
+    @property
+    def share(self) -> float:
+        """What is taken of all samples: from 0 to 1."""
+        return len(self.sample_range) / self.samples
 
 
 def carries_visibility(settings) -> bool:
@@ -236,6 +269,16 @@ def required_passes(
     found = [p for p in PASSES if p.name in wanted]
     first_slots = next((k for k, item in enumerate(found) if item.slots), len(found))
     return found[:first_slots] + aov_passes(aovs) + light_group_passes(light_groups) + found[first_slots:]
+
+
+def carried_passes(names: frozenset[str], denoising: bool, adaptive: bool, catchers: bool) -> frozenset[str]:
+    """The passes that a render of some of the samples delivers, so that nothing is lost when it is merged.
+
+    They are those asked for, what these are divided by, what the denoiser and what shadow catchers need, and the
+    samples of each pixel where pixels differ.
+    """
+    carried = {item.name for item in required_passes(names, denoising, catchers=catchers)}
+    return frozenset(carried | ({SAMPLE_COUNT} if adaptive else set()))
 
 
 def _blackman_harris(x: np.ndarray) -> np.ndarray:

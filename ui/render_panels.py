@@ -70,6 +70,19 @@ class RESTIR_RENDER_PT_denoising(RestirPanel, bpy.types.Panel):
         preview.prop(context.scene.restir, "use_preview_denoising")
 
 
+class RESTIR_RENDER_PT_sample_range(RestirPanel, bpy.types.Panel):
+    """Some of the samples alone, to be merged with those that other machines render"""
+
+    bl_label = "Sample Range"
+    bl_parent_id = "RESTIR_RENDER_PT_sampling"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        column.prop(context.scene.restir, "sample_offset", text="Offset")
+        column.prop(context.scene.restir, "sample_subset", text="Subset")
+
+
 class RESTIR_RENDER_PT_resampling(RestirPanel, bpy.types.Panel):
     """Light samples of the integrator ReSTIR. What is for comparisons is at scene.restir.reuse for scripts"""
 
@@ -313,6 +326,7 @@ CLASSES = (
     RESTIR_RENDER_PT_sampling,
     RESTIR_RENDER_PT_adaptive,
     RESTIR_RENDER_PT_denoising,
+    RESTIR_RENDER_PT_sample_range,
     RESTIR_RENDER_PT_resampling,
     RESTIR_RENDER_PT_light_paths,
     RESTIR_RENDER_PT_subsurface,

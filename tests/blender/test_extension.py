@@ -153,6 +153,16 @@ def test_a_new_scene_has_the_integrator_that_chooses_and_the_noise_threshold_of_
     assert not own.use_adaptive_sampling
 
 
+def test_a_range_of_samples_is_copied_where_cycles_has_it_switched_on(extension):
+    cycles, own = bpy.context.scene.cycles, bpy.context.scene.restir
+    cycles.use_sample_subset, cycles.sample_offset, cycles.sample_subset_length = True, 64, 32
+    bpy.ops.restir.settings_from_cycles()
+    assert (own.sample_offset, own.sample_subset) == (64, 32)
+    cycles.use_sample_subset = False
+    bpy.ops.restir.settings_from_cycles()
+    assert (own.sample_offset, own.sample_subset) == (0, 0)
+
+
 def test_compiling_in_the_background_follows_its_preference(extension, monkeypatch, tmp_path):
     """It begins with the integrator of the open scene, ends when it is switched off, and is done once."""
     background = sys.modules[NAME + ".restir_engine.background"]

@@ -150,6 +150,7 @@ def test_settings_come_from_properties_one_to_one(scene):
         "passes",
         "aovs",
         "light_groups",
+        "scene_samples",
         "extra_transparent",
     }
     of_previews = {"preview_samples", "preview_sss_method", "use_preview_denoising"}

@@ -85,9 +85,10 @@ def integrator_of(
         return PathIntegrator(context, settings, film)
     walks = context.scene.record["flags"] & SCENE_HAS_SUBSURFACE
     costs = [way.with_walks if walks else way.cost for way in WAYS]
-    affordable = film.width * film.height * settings.samples
+    affordable = film.width * film.height * len(settings.sample_range)
     if settings.time_limit:
-        affordable = min(affordable, CORES * settings.time_limit / (SAMPLE_WITH_WALKS if walks else SAMPLE))
+        seconds = settings.share * settings.time_limit
+        affordable = min(affordable, CORES * seconds / (SAMPLE_WITH_WALKS if walks else SAMPLE))
     pixels = min(MOST, int(SHARE * affordable / (BATCH * BATCHES * sum(costs))))
     if pixels < FEWEST:
         return RestirIntegrator(context, settings, film, history)
