@@ -15,6 +15,7 @@ import os
 import shutil
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from .tasks import Job, Plan, parse_frames, sample_ranges
@@ -29,6 +30,7 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("scene", type=Path, help="the .blend, where every machine of the farm finds it")
     found.add_argument("--frames", type=frames, help="such as 1-10,20 or 1-100:5 (default: those of the file)")
+    found.add_argument("--samples", type=int, default=0, metavar="N", help="default: what the file says")
     found.add_argument("--samples-per-task", type=int, default=0, metavar="N", help="default: a frame is one task")
     found.add_argument(
         "--output", default="", help="where to, as Blender's --render-output (default: as the file says)"
@@ -77,17 +79,16 @@ def main(arguments: list[str] | None = None) -> int:
     job = Job(
         scene=str(options.scene.absolute()),
         output=absolute(options.output),
+        samples=options.samples,
         samples_per_task=options.samples_per_task,
         engine=options.engine,
         scripts=options.enable_autoexec,
         threads=options.threads,
         keep_parts=options.keep_parts,
     )
+    blender = chosen_blender(options.blender)
     if options.template:
-        from .template import write
-
-        write(options.template, job, options)
-        return 0
+        return write_template(job, blender, options)
     try:
         from . import cluster
     except ModuleNotFoundError as error:
@@ -95,7 +96,7 @@ def main(arguments: list[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with cluster.connected(options.scheduler, options.workers, options.dashboard) as client:
-            return render(cluster, client, job, options)
+            return render(cluster, client, job, blender, options)
     except KeyboardInterrupt:
         print("\nStopped. What is written stays; --resume goes on from here.", file=sys.stderr)
         return INTERRUPTED
@@ -104,14 +105,40 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
 
 
-def render(cluster, client, job: Job, options: argparse.Namespace) -> int:
+def write_template(job: Job, blender: str, options: argparse.Namespace) -> int:
+    """Write an Open Job Description, for which a Blender here looks into the file; the exit code."""
+    from .template import template, write
+
+    facts = ask_here(job, blender)
+    if not facts["ok"]:
+        print(facts["text"], file=sys.stderr)
+        return 1
+    job = replace(job, output=job.output if os.path.isabs(job.output) else facts["output"])
+    text = template(job, options.frames or facts["frames"], facts["samples"], options.blender, options.template)
+    write(options.template, text)
+    print(f"{options.template} is written: openjd check {options.template}")
+    return 0
+
+
+def ask_here(job: Job, blender: str) -> dict:
+    """What a job consists of, by a Blender on this machine."""
+    from .child import Child
+
+    child = Child(blender)
+    try:
+        return child.ask({"do": "facts", "job": job.fields()})
+    finally:
+        child.stop()
+
+
+def render(cluster, client, job: Job, blender: str, options: argparse.Namespace) -> int:
     """Render a job by a client's cluster; the exit code."""
     from .progress import Progress
 
     print(f"Dashboard: {client.dashboard_link}", flush=True)
     if not client.nthreads():
         print("Waiting for workers", flush=True)
-    with cluster.Run(client, job, chosen_blender(options.blender)) as run:
+    with cluster.Run(client, job, blender) as run:
         facts = run.prepare(options.resume)
         ranges = sample_ranges(facts["samples"], job.samples_per_task)
         plan = Plan(options.frames or facts["frames"], ranges, options.tries)

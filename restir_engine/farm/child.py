@@ -35,6 +35,11 @@ def environment() -> dict[str, str]:
     return os.environ | {"PYTHONPATH": os.pathsep.join(dict.fromkeys(paths)), "PYTHONUNBUFFERED": "1"}
 
 
+def detached() -> dict:
+    """Arguments of Popen for a process that Ctrl-C in this one's terminal does not reach."""
+    return {"start_new_session": True} if os.name == "posix" else {"creationflags": 0x200}
+
+
 class Child:
     """The process; it is started when something is asked, and again after it has died."""
 
@@ -74,7 +79,6 @@ class Child:
             process.wait()
 
     def _start(self) -> None:
-        apart = {"start_new_session": True} if os.name == "posix" else {"creationflags": 0x200}  # Ctrl-C is ours
         self._process = subprocess.Popen(
             command(self._blender, "pipe"),
             stdin=subprocess.PIPE,
@@ -83,7 +87,7 @@ class Child:
             env=environment(),
             text=True,
             errors="replace",
-            **apart,
+            **detached(),
         )
         timer = threading.Timer(START, self._process.kill)
         timer.start()

@@ -66,16 +66,17 @@ class Renderer:
                 "The output is a movie, which one machine has to write: choose an image format in Output Properties, "
                 "or with --output a path of frames and an image format in the file."
             )
-        layers = [layer for layer in scene.view_layers if layer.use]
-        settings = scene.restir
+        if job.samples_per_task and scene.render.engine != "RESTIR":
+            raise NotRendered(f"Ranges of samples are ReSTIR's, but the scene is rendered by {scene.render.engine}.")
         return {
             "digest": digest_of(Path(job.scene)),
             "files": [path for path in outside_files() if os.path.exists(path)],
             "missing": [path for path in outside_files() if not os.path.exists(path)],
             "frames": list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step)),
-            "samples": max((layer.samples or settings.samples for layer in layers), default=settings.samples),
+            "samples": scene.restir.samples,
             "engine": scene.render.engine,
             "path": scene.render.frame_path(frame=scene.frame_start),
+            "output": bpy.path.abspath(scene.render.filepath),
             "warnings": cautions(scene, job),
         }
 
@@ -103,7 +104,7 @@ class Renderer:
 
     def open(self, job: Job) -> None:
         """Open a job's file where it is not open."""
-        wanted = (job.scene, job.digest, job.output, job.engine, job.scripts)
+        wanted = (job.scene, job.digest, job.output, job.samples, job.engine, job.scripts)
         if wanted != self._open:
             self._open = ()
             path = Path(job.scene)
@@ -135,6 +136,8 @@ class Renderer:
         new = scene.render.engine == "RESTIR" and not scene.restir.is_initialized
         if new and hasattr(bpy.types, "RESTIR_OT_settings_from_cycles") and bpy.ops.restir.settings_from_cycles.poll():
             bpy.ops.restir.settings_from_cycles(keep_changed=True)
+        if job.samples:
+            scene.restir.samples = job.samples
 
     @staticmethod
     def _state(job: Job) -> Path:
@@ -145,18 +148,20 @@ class Renderer:
         """Render a frame as Blender would, of a film where there is one; None where it was there."""
         scene, state = bpy.context.scene, self._state(job)
         record = state / f"{_number(task.frame)}.json"
-        if _is_there(record) or (not scene.render.use_overwrite and _files_are_there(scene, task.frame)):
+        if not job.again and _is_there(record):
+            return None
+        if not scene.render.use_overwrite and os.path.exists(scene.render.frame_path(frame=task.frame)):
             return None
         with redirected(scene, state) as target, changed(scene, [("restir.film_from", str(film))] if film else []):
             render_frame(scene, task.frame, target.folder)
             written = target.deliver()
-        _write(record, {"files": [(str(path), path.stat().st_size) for path in written]})
+        _write(record, {"files": [(os.path.relpath(path, state), path.stat().st_size) for path in written]})
         return written
 
     def _samples(self, job: Job, task: Task) -> list[Path] | None:
         """Render a range of a frame's samples into a file of its own; None where it was there."""
         scene, part = bpy.context.scene, _part(self._state(job), task)
-        if part.exists() or _is_there(self._state(job) / f"{_number(task.frame)}.json"):
+        if not job.again and (part.exists() or _is_there(self._state(job) / f"{_number(task.frame)}.json")):
             return None
         samples = [("restir.sample_offset", task.first), ("restir.sample_subset", task.count)]
         with unfinished(self._state(job)) as folder:
@@ -175,11 +180,11 @@ class Renderer:
         """Merge a frame's ranges and let Blender make of them what it would have made of the film."""
         from .merge import merge
 
-        folder = _part(self._state(job), task).parent
-        parts = sorted(folder.glob("samples-*.exr"))
-        if not parts:
-            return self._frame(job, task)  # a record is there, or else it says what is wrong
-        with unfinished(self._state(job)) as place:
+        state, folder = self._state(job), _part(self._state(job), task).parent
+        if not job.again and _is_there(state / f"{_number(task.frame)}.json"):
+            return None
+        parts = _parts(folder, bpy.context.scene.restir.samples)
+        with unfinished(state) as place:
             film = place / "film.exr"
             merge(parts, film)
             check_room(place)
@@ -280,17 +285,26 @@ def _part(state: Path, task: Task) -> Path:
     return state / _number(task.frame) / f"samples-{task.first:07d}-{task.first + task.count:07d}.exr"
 
 
+def _parts(folder: Path, samples: int) -> list[Path]:
+    """The files of all ranges of a frame, in their order."""
+    found, next_sample = sorted(folder.glob("samples-*.exr")), 0
+    for path in found:
+        first, end = map(int, path.stem.split("-")[1:])
+        if first != next_sample:
+            break
+        next_sample = end
+    if next_sample != samples:
+        raise NotHere(f"“{folder}” does not have all of {samples} samples: what follows {next_sample} is not there")
+    return found
+
+
 def _is_there(record: Path) -> bool:
     """Whether a frame's files are as its record says."""
     try:
         files = json.loads(record.read_text("utf-8"))["files"]
-        return all(os.path.getsize(path) == size for path, size in files)
+        return all((record.parent / path).stat().st_size == size for path, size in files)
     except (OSError, ValueError, KeyError):
         return False
-
-
-def _files_are_there(scene: bpy.types.Scene, frame: int) -> bool:
-    return os.path.exists(scene.render.frame_path(frame=frame))
 
 
 def _write(path: Path, content: dict) -> None:

@@ -135,6 +135,7 @@ def with_extension(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    code = with_extension(sys.argv[1:])
+    renders = sys.argv[1:2] in (["pipe"], ["serve"])
+    code = with_extension(sys.argv[1:]) if renders else command(sys.argv[1:])
     flush()
     os._exit(code)  # Blender 4.5 as a module can hang at exit while classes are registered

@@ -22,11 +22,13 @@ class Job:
 
     scene: str  # the .blend, by a path that all machines share
     output: str = ""  # as Blender's -o; "": what the file says
+    samples: int = 0  # 0: what the file says
     samples_per_task: int = 0  # 0: whole frames
     engine: str = "RESTIR"  # as Blender's -E
     scripts: bool = False  # whether Python in the file may run, as Blender's --enable-autoexec
     threads: int = 0  # of each renderer; 0: its share of the machine's
     keep_parts: bool = False  # whether ranges stay on disk when a frame has been made of them
+    again: bool = False  # whether what is there is rendered all the same
     digest: str = ""  # of the .blend; "": not known yet
     files: tuple[str, ...] = ()  # what else the .blend needs, as the first machine saw it
 
@@ -41,8 +43,12 @@ class Job:
 
     @property
     def name(self) -> str:
-        """What its unfinished files are found by: another file or other settings have another name."""
-        told = (self.digest, self.output, self.samples_per_task, self.engine, self.scripts)
+        """What its unfinished files are found by: another file or other settings have another name.
+
+        Paths do not count, which may differ from machine to machine where a farm translates them.
+        """
+        name = Path(self.output).name
+        told = (self.digest, name, self.samples, self.samples_per_task, self.engine, self.scripts)
         return hashlib.blake2b(repr(told).encode(), digest_size=6).hexdigest()
 
 
