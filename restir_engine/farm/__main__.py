@@ -144,7 +144,7 @@ def render(cluster, client, job: Job, blender: str, options: argparse.Namespace)
         plan = Plan(options.frames or facts["frames"], ranges, options.tries)
         progress = Progress(plan)
         tasks = f"{len(ranges)} ranges of {facts['samples']} samples" if len(ranges) > 1 else "one task each"
-        progress.tell(f"{job.scene}: {plan.frames} frames, {tasks}, to {facts['path']} and so on")
+        progress.tell(f"{job.scene}: {_count(plan.frames, 'frame')}, {tasks}, into {os.path.dirname(facts['path'])}")
         for line in (*facts["warnings"], *(f"“{path}” is missing" for path in facts["missing"])):
             progress.tell(f"WARNING {line}")
         seen: set[str] = set()
@@ -167,9 +167,13 @@ def render(cluster, client, job: Job, blender: str, options: argparse.Namespace)
     return summary(plan, progress)
 
 
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" + ("" if number == 1 else "s")
+
+
 def summary(plan: Plan, progress) -> int:
     """Tell what became of the frames; the exit code."""
-    progress.tell(f"{len(plan.written)} of {plan.frames} frames are written.")
+    progress.tell(f"{len(plan.written)} of {_count(plan.frames, 'frame')} written.")
     for _, why in sorted(plan.failures.items()):
         progress.tell(f"FAILED {why.partition(chr(10))[0]}")
     return 1 if plan.failures else 0

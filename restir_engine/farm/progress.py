@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+from datetime import timedelta
 from typing import TextIO
 
-from ..session import format_time
 from .tasks import SAMPLES, Plan, Task
 
 EVERY = 10.0  # seconds between two lines where the output is no terminal
@@ -47,7 +47,7 @@ class Progress:
         if plan.failures:
             parts.append(f"Failed {len(plan.failures)}")
         if 0 < done < total:
-            parts.append(f"Remaining {format_time((now - self._began) * (total - done) / done)}")
+            parts.append(f"Remaining {_clock((now - self._began) * (total - done) / done)}")
         parts.append(f"Workers {workers}" if workers else "Waiting for workers")
         return " | ".join(parts)
 
@@ -60,6 +60,11 @@ class Progress:
             self.tell(f"FAILED {task}, on {outcome['host']}: {told(outcome)}{again}")
         elif task.kind != SAMPLES:
             what = "was there" if outcome["there"] else ", ".join(outcome["written"])
-            self.tell(f"Frame {task.frame}: {what} ({outcome['host']}, {format_time(outcome['seconds'])})")
+            self.tell(f"Frame {task.frame}: {what} ({outcome['host']}, {outcome['seconds']:.1f} s)")
         for text in outcome["handlers"]:
             self.tell(f"WARNING {task}, on {outcome['host']}: a handler of the file failed in {text}")
+
+
+def _clock(seconds: float) -> str:
+    """1:02:03, days before it."""
+    return str(timedelta(seconds=round(seconds)))

@@ -1,7 +1,6 @@
 """A farm's tasks: frames and ranges of samples, their order, what is tried again; the template that describes them."""
 
 import json
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -90,7 +89,7 @@ def test_progress_counts_what_is_being_rendered():
     first = plan.next()
     plan.done(first)
     line = shown.line({Task(SAMPLES, 1, 4, 4): 2}, 2, shown._began + 6.0)
-    assert line == "Frames 0/2 | Samples 6/16 | Remaining 00:10.00 | Workers 2"
+    assert line == "Frames 0/2 | Samples 6/16 | Remaining 0:00:10 | Workers 2"
     assert shown.line({}, 0, 0.0).endswith("Waiting for workers")
 
 
@@ -141,8 +140,7 @@ def test_a_lock_is_held_by_one_process_and_gone_with_it(tmp_path):
     assert locks.take(tmp_path / "nowhere" / "lock") is None
 
 
-@pytest.mark.parametrize("per_task", [0, 64])
-@pytest.mark.parametrize("blender", ["", "/opt/blender"])
+@pytest.mark.parametrize(("per_task", "blender"), [(0, ""), (64, "/opt/blender")])
 def test_template_says_what_open_job_description_understands(tmp_path, per_task, blender):
     path = tmp_path / "job.yaml"
     job = Job(str(tmp_path / "shot 7.blend"), output=str(tmp_path / "out" / "frame_"), samples_per_task=per_task)
@@ -155,4 +153,3 @@ def test_template_says_what_open_job_description_understands(tmp_path, per_task,
     summary = subprocess.run([openjd, "summary", path], capture_output=True, text=True).stdout
     tasks = {"Render": 16, "Finish": 4} if per_task else {"Render": 4}
     assert f"Total tasks: {sum(tasks.values())}" in summary, summary
-    assert shutil.which("python")
