@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import contextlib
 import queue
+import shutil
+import signal
 import socket
 import time
 import uuid
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 from dask.system import CPU_COUNT
@@ -21,7 +24,7 @@ from distributed import CancelledError, Client, Future, KilledWorker, LocalClust
 from ..kernels.core import locks
 from .child import Child
 from .service import HOST
-from .tasks import FINISH, Job, Plan, Task
+from .tasks import FINISH, UNFINISHED, Job, Plan, Task
 
 RESOURCE = "restir"  # of which each worker has 1: it renders one task at a time, however many threads Dask gives it
 TICK = 0.5  # seconds between looks at who is there
@@ -91,6 +94,27 @@ def end(plugin: str, run: str, dask_worker: Worker) -> None:
         renderer.child.stop()
 
 
+def tidy(state: str) -> None:
+    """On a worker, when nobody renders any more: remove what was never finished."""
+    if state:
+        for folder in Path(state).glob(f"{UNFINISHED}*"):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let threads and processes that begin meanwhile never hear of Ctrl-C: whoever began them ends them."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # or else it is started meanwhile, and unblocks SIGINT
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 @contextlib.contextmanager
 def connected(scheduler: str, workers: int, dashboard: str) -> Iterator[Client]:
     """A client of the cluster at an address, or of one of so many workers on this machine."""
@@ -98,15 +122,14 @@ def connected(scheduler: str, workers: int, dashboard: str) -> Iterator[Client]:
         with Client(scheduler, set_as_default=False) as client:
             yield client
         return
-    with (
-        LocalCluster(
+    with uninterrupted():
+        cluster = LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             memory_limit=0,  # Dask's own processes hold next to nothing
             dashboard_address=dashboard,
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
+        )
+    with cluster, Client(cluster, set_as_default=False) as client:
         yield client
 
 
@@ -121,6 +144,7 @@ class Run:
         self._client, self._job = client, job
         self._plugin = RendererPlugin(blender)
         self._run = f"restir-{uuid.uuid4().hex[:8]}"
+        self._state = ""
         self._pending: dict[Future, tuple[Task, set[str]]] = {}
         self._events: queue.SimpleQueue = queue.SimpleQueue()
 
@@ -137,6 +161,7 @@ class Run:
             future.cancel(force=True)
         with contextlib.suppress(Exception):  # they may be gone
             self._client.run(end, self._plugin.name, self._run)
+            self._client.run(tidy, self._state, workers=self.workers[:1])
             self._client.unsubscribe_topic(self._run)
 
     @property
@@ -148,6 +173,7 @@ class Run:
         """What the job consists of, by one of the workers; from now on all see to it that they have the same."""
         facts = self._ask_any({"do": "facts"})
         self._job = replace(self._job, digest=facts["digest"], files=tuple(facts["files"]))
+        self._state = facts["state"]
         self._ask_any({"do": "begin", "resume": resume})
         return facts
 

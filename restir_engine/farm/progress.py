@@ -56,8 +56,8 @@ class Progress:
         if not outcome["ok"]:
             from .cluster import told
 
-            again = " It is tried again." if outcome["again"] else ""
-            self.tell(f"FAILED {task}, on {outcome['host']}: {told(outcome)}{again}")
+            word = "AGAIN" if outcome["again"] else "FAILED"
+            self.tell(f"{word} {task}, on {outcome['host']}: {told(outcome)}")
         elif task.kind != SAMPLES:
             what = "was there" if outcome["there"] else ", ".join(outcome["written"])
             self.tell(f"Frame {task.frame}: {what} ({outcome['host']}, {outcome['seconds']:.1f} s)")

@@ -16,6 +16,8 @@ from pathlib import Path
 
 import bpy
 
+from .tasks import UNFINISHED
+
 ROOM = 1 << 20  # bytes that are free on a disk that is not full
 
 
@@ -53,7 +55,7 @@ class Redirected:
 @contextmanager
 def unfinished(beside: Path) -> Iterator[Path]:
     """A new folder below `beside`, which goes when this ends in whatever way."""
-    folder = beside / f"unfinished-{uuid.uuid4().hex[:8]}"
+    folder = beside / f"{UNFINISHED}{uuid.uuid4().hex[:8]}"
     folder.mkdir(parents=True)
     try:
         yield folder

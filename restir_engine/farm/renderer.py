@@ -15,6 +15,7 @@ import time
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -68,8 +69,10 @@ class Renderer:
             )
         if job.samples_per_task and scene.render.engine != "RESTIR":
             raise NotRendered(f"Ranges of samples are ReSTIR's, but the scene is rendered by {scene.render.engine}.")
+        job = replace(job, digest=digest_of(Path(job.scene)))
         return {
-            "digest": digest_of(Path(job.scene)),
+            "digest": job.digest,
+            "state": str(self._state(job)),
             "files": [path for path in outside_files() if os.path.exists(path)],
             "missing": [path for path in outside_files() if not os.path.exists(path)],
             "frames": list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step)),

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 FRAME, SAMPLES, FINISH = "FRAME", "SAMPLES", "FINISH"  # kinds of tasks
+UNFINISHED = "unfinished-"  # how folders are called whose files have no name of their own yet
 _SPAN = re.compile(r"(-?\d+)(?:(?:-|\.\.)(-?\d+)(?::(\d+))?)?")
 _BLOCK = 1 << 20  # bytes read at once
 
