@@ -22,6 +22,7 @@ from .settings import PASS_BY_NAME, Pass, shown_passes
 log = logging.getLogger(__name__)
 
 STATUS_INTERVAL = 1.0 if bpy.app.background else 0.25  # seconds between two status lines of one stage
+NO_PLACE = "Blender has no place for the picture: check the render region and the resolution."
 FIRST_INTERVAL, LAST_INTERVAL = 0.05, 0.8  # seconds between pictures sent to the Image Editor: at the start, later
 
 
@@ -49,6 +50,8 @@ class RestirEngine(bpy.types.RenderEngine):
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows into a scene of our own."""
         self.scene = None
+        if depsgraph.scene.restir.film_from and not self.is_preview:
+            return
         with failures_told(self, "The scene could not be read"):
             problem = requirements.problem()
             if problem:
@@ -78,6 +81,8 @@ class RestirEngine(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Render what `update` read."""
+        if depsgraph.scene.restir.film_from and not self.is_preview:
+            self._deliver_file(depsgraph)
         if self.scene is None:
             return
         with failures_told(self, "The render stopped"):
@@ -87,21 +92,52 @@ class RestirEngine(bpy.types.RenderEngine):
             self.scene = None
             result = self.begin_result(0, 0, session.film.width, session.film.height, layer=depsgraph.view_layer.name)
             if result is None:
-                raise SceneError("Blender has no place for the picture: check the render region and the resolution.")
+                raise SceneError(NO_PLACE)
             self._name_mattes(session, depsgraph.view_layer.name)
-            display = Display(self, result)
+            display, began = Display(self, result), time.perf_counter()
             try:
                 session.render(self.test_break, display.status, display.picture)
             finally:
+                self._keep_record(session, depsgraph, time.perf_counter() - began)
                 deliver(self, result, session)
                 if not self.is_preview:
                     report_warnings(self, depsgraph.scene, session.scene.warnings)
 
+    def _deliver_file(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Hand over the samples that a file has."""
+        with failures_told(self, "The file could not be delivered"):
+            from .farm.delivery import LayerFromFile
+
+            self.update_stats("", "Reading the film")
+            settings = properties.render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
+            name, path = depsgraph.view_layer.name, bpy.path.abspath(depsgraph.scene.restir.film_from)
+            layer = LayerFromFile(path, name, settings, depsgraph.scene.render)
+            for view, delivered in layer.deliveries():
+                result = self.begin_result(0, 0, delivered.width, delivered.height, layer=name, view=view)
+                if result is None:
+                    raise SceneError(NO_PLACE)
+                self._stamp(layer.fields)
+                deliver(self, result, delivered)
+            report_warnings(self, depsgraph.scene, layer.warnings)
+
     def _name_mattes(self, session, layer: str) -> None:
         """Tell with the picture which names the ids of its Cryptomattes stand for."""
         for kind in {PASS_BY_NAME[name].slots for name in session.settings.passes} - {""}:
-            for field, text in session.scene.manifests.metadata(kind, layer).items():
-                self.get_result().stamp_data_add_field(field, text)
+            self._stamp(session.scene.manifests.metadata(kind, layer))
+
+    def _keep_record(self, session, depsgraph: bpy.types.Depsgraph, seconds: float) -> None:
+        """Tell with the picture which samples it is of, so that it can be merged with others of the same."""
+        from .farm.record import record_of
+
+        scene, layer = depsgraph.scene, depsgraph.view_layer
+        asked = properties.enabled_passes(layer)
+        record = record_of(session, scene.name, scene.frame_current, asked, seconds)
+        self._stamp(record.fields(layer.name))
+
+    def _stamp(self, fields: dict[str, str]) -> None:
+        """Let what is saved of the picture have these text fields."""
+        for field, text in fields.items():
+            self.get_result().stamp_data_add_field(field, text)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the 3D view shows, again."""

@@ -22,6 +22,7 @@ class Film(RecordOwner):
     samples: how many have been taken of the pixels that have most. After `count_pixels`, `counts` (height, width) has
     the number of each pixel and `active` tells which are sampled on; before, both are None and all pixels are alike.
     `catcher_factor` (height, width, 3), where it is set, is shown as the pass Shadow Catcher: it has been denoised.
+    shows_catchers: whether Combined has shadow catchers in it.
     """
 
     def __init__(
@@ -32,6 +33,7 @@ class Film(RecordOwner):
         self.exposure = exposure
         self.transparent = transparent
         self.catcher_factor: np.ndarray | None = None
+        self.shows_catchers = any(item.name == CATCHER_BACKDROP for item in passes)
         self.samples = 0
         self.counts: np.ndarray | None = None
         self.active: np.ndarray | None = None
@@ -151,7 +153,7 @@ class Film(RecordOwner):
         result *= np.asarray(scale, np.float32)
         if name == "Combined":
             result[:, :, 3] = np.clip(1.0 - result[:, :, 3], 0.0, 1.0)
-            if CATCHER_BACKDROP in self._by_name:
+            if self.shows_catchers:
                 self._show_catchers(result)
             result[:, :, :3] *= self.exposure
         elif item.light:
@@ -160,12 +162,64 @@ class Film(RecordOwner):
             result = 1.0 - result
         return result
 
+    def load(self, passes: dict[str, np.ndarray], counts: np.ndarray) -> None:
+        """Take the sums of another film by what its `pass_array` gives, of which its Combined shows no catchers.
+
+        passes: float32 (height, width, channels) by name; counts: (height, width), the samples of each pixel.
+        """
+        self.count_pixels()
+        self.add_samples(int(counts.max()))
+        self.counts[:] = counts
+        for item in sorted(self.passes, key=lambda item: bool(item.divide)):
+            if item.name != SAMPLE_COUNT:
+                self._put(item, passes[item.name])
+
+    def _put(self, item: Pass, values: np.ndarray) -> None:
+        """Set the sums of a pass to those of which `pass_array` makes these values; those it is divided by are set."""
+        count = self.counts[..., None].astype(np.float32)
+        sums = self.sums(item.name)
+        if item.slots:
+            sums[:] = values
+            sums[..., 1::2] *= count
+        elif item.name == SHADOW_CATCHER:
+            bare, covered = self.sums(BARE_CATCHER)[..., :3], self._caught_share()
+            sums[:] = bare * (1.0 + np.divide(values - 1.0, covered, out=np.zeros_like(values), where=covered > 0.0))
+        elif not item.averaged:
+            sums[:] = values
+        else:
+            sums[:] = 1.0 - values if item.name == "Mist" else values
+            if item.name == "Combined":
+                sums[..., 3] = 1.0 - values[..., 3]
+            sums *= self.sums(item.divide) if item.divide else count
+            if item.light and self.exposure > 0.0:
+                sums[..., :3] /= self.exposure
+
+    def add(self, other: Film) -> None:
+        """Add the samples of a film of the same passes, which come after this one's; slots of Cryptomatte stay."""
+        for item in self.passes:
+            if item.averaged and not item.slots:
+                self.sums(item.name)[:] += other.sums(item.name)
+            elif not item.averaged and not self.samples:
+                self.sums(item.name)[:] = other.sums(item.name)
+        self.samples += other.samples
+        self.counts += other.counts
+
+    def slots(self, kind: str) -> np.ndarray:
+        """The slots of a kind of Cryptomatte, a view (height, width, slots, 2) of ids and their weights."""
+        names = self._slots[kind]
+        start = self._offsets[names[0]] if names else 0
+        return self.pixels[:, :, start : start + 4 * len(names)].reshape(self.height, self.width, -1, 2)
+
+    def _caught_share(self) -> np.ndarray:
+        """What shadow catchers cover of the pixels, (height, width, 1)."""
+        through = self.sums(BARE_CATCHER)[..., 3:] / np.asarray(self._samples_of_pixels(), np.float32)
+        return np.clip(1.0 - through, 0.0, 1.0)
+
     def _catcher_factor(self) -> np.ndarray:
         """Light on catchers over that without objects, (height, width, 3): 1 where there is none, or no catcher."""
-        bare = self.sums(BARE_CATCHER)
-        light, through = bare[..., :3], bare[..., 3:] / np.asarray(self._samples_of_pixels(), np.float32)
+        light = self.sums(BARE_CATCHER)[..., :3]
         factor = np.divide(self.sums(SHADOW_CATCHER), light, out=np.ones_like(light), where=light > 0.0)
-        return 1.0 + np.clip(1.0 - through, 0.0, 1.0) * (factor - 1.0)
+        return 1.0 + self._caught_share() * (factor - 1.0)
 
     def _show_catchers(self, combined: np.ndarray) -> None:
         """Put the shadows on catchers into Combined, as Cycles does; see docs/shadow-catchers.md."""
@@ -178,9 +232,7 @@ class Film(RecordOwner):
 
     def _mattes(self, item: Pass) -> np.ndarray:
         """Two ids of a kind of Cryptomatte and what they cover of each pixel, as they rank by that."""
-        names = self._slots[item.slots]
-        start = self._offsets[names[0]]
-        slots = self.pixels[:, :, start : start + 4 * len(names)].reshape(self.height, self.width, -1, 2)
+        names, slots = self._slots[item.slots], self.slots(item.slots)
         order = np.argsort(-slots[..., 1], axis=2, kind="stable")
         first = 2 * names.index(item.name)
         ranked = np.take_along_axis(slots, order[:, :, first : first + 2, None], axis=2)

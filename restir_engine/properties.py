@@ -12,6 +12,7 @@ from bpy.props import (
     FloatVectorProperty,
     IntProperty,
     PointerProperty,
+    StringProperty,
 )
 
 from .denoise import find_library
@@ -77,6 +78,11 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
 
     __annotations__ = _properties(SCENE_OPTIONS, RenderSettings()) | {
         "reuse": PointerProperty(type=RestirReuseSettings, name="Reuse", description=RestirReuseSettings.__doc__),
+        "film_from": StringProperty(
+            name="Film From",
+            description="For scripts: a merged multilayer OpenEXR file that renders deliver in place of samples of their own",
+            subtype="FILE_PATH",
+        ),
         # Whether the Cycles settings of this scene were looked at once.
         "is_initialized": BoolProperty(default=False, options={"HIDDEN"}),
     }
@@ -117,10 +123,15 @@ def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     )
 
 
+def sample_range(own: RestirSceneSettings) -> dict[str, int]:
+    """Those RenderSettings that choose samples; a film from a file is of all of them."""
+    return {name: 0 if own.film_from else getattr(own, name) for name in ("sample_offset", "sample_subset")}
+
+
 def delivered_passes(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     """Names of the passes that a final render of a view layer delivers."""
     own, names = scene.restir, enabled_passes(view_layer)
-    if RenderSettings(samples=own.samples, sample_offset=own.sample_offset, sample_subset=own.sample_subset).is_part:
+    if RenderSettings(samples=own.samples, **sample_range(own)).is_part:
         catchers = any(item.is_shadow_catcher for item in bpy.data.objects)
         names = carried_passes(names, own.use_denoising, own.use_adaptive_sampling, catchers)
     return names
@@ -165,6 +176,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "reuse": ReuseSettings(**{name: getattr(own.reuse, name) for name in OPTIONS}),
             "samples": view_layer.samples or own.samples,
             "scene_samples": own.samples,
+            **sample_range(own),
             "threads": scene.render.threads
             if scene.render.threads_mode == "FIXED" and not own.threads
             else own.threads,

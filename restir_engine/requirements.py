@@ -6,7 +6,9 @@ from importlib import metadata
 from pathlib import Path
 
 # Exactly these are shipped as wheels; pyproject.toml names the same.
-WHEELS = {"numba": "0.68.1", "llvmlite": "0.50.0", "embreex": "4.4.0.post1"}
+WHEELS = {"numba": "0.68.1", "llvmlite": "0.50.0", "embreex": "4.4.0.post1", "openexr": "3.5.3"}
+# Those that a render needs; farm/exr.py says where openexr is missing, which merges renders.
+RENDERING = ("numba", "llvmlite", "embreex")
 
 # How many leading numbers of a newer version must be the same: what they have inside changes with the next.
 SERIES = {"numba": 2, "llvmlite": 2, "embreex": 1}
@@ -21,7 +23,8 @@ def problem() -> str:
     All extensions share one folder of packages in which the newest version wins, so another extension can have
     replaced what ours brought.
     """
-    for package, version in WHEELS.items():
+    for package in RENDERING:
+        version = WHEELS[package]
         try:
             found = metadata.version(package)
         except metadata.PackageNotFoundError:

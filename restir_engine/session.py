@@ -126,6 +126,7 @@ class Session:
         self.film = Film(
             width, height, required_passes(*asked, catchers), settings.film_exposure, settings.film_transparent
         )
+        self.film.shows_catchers &= not settings.is_part
         self.denoised: np.ndarray | None = None
         self._cancel = threading.Event()
 

@@ -164,11 +164,14 @@ def cryptomatte(kind: str, number: int) -> str:
 
 
 def _cryptomattes(kind: str) -> list[Pass]:
-    """The passes of one kind of Cryptomatte, by coverage; kernels write to all by the first one's field."""
+    """The passes of one kind of Cryptomatte, by coverage; kernels write to all by the first one's field.
+
+    Blender saves what has small letters for channels in full precision, also in a file of half floats.
+    """
     names = [cryptomatte(kind, number) for number in range(MAX_CRYPTOMATTES)]
     fields = [f"crypto_{kind.lower()}", *[""] * (MAX_CRYPTOMATTES - 1)]
     return [
-        Pass(name, name, field, "RGBA", "COLOR", f"use_pass_cryptomatte_{kind.lower()}", slots=kind)
+        Pass(name, name, field, "rgba", "COLOR", f"use_pass_cryptomatte_{kind.lower()}", slots=kind)
         for name, field in zip(names, fields, strict=True)
     ]
 

@@ -1,1 +1,1 @@
-"""A render farm: frames and ranges of samples as tasks, rendered by Blenders on any number of machines."""
+"""A render farm: frames and ranges of samples, rendered on any number of machines, and what is made of them."""

@@ -43,6 +43,25 @@ def name_id(name: str) -> float:
     return float(np.uint32(name_bits(name)).view(np.float32))
 
 
+def united(slots: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Pixels' ids and their weights, (…, slots, 2), with those of `others` added, the heaviest first.
+
+    There are as many slots as the pixel with most ids needs, at least one.
+    """
+    both = np.concatenate([slots, others], -2)
+    order = np.argsort(both[..., 0], -1, kind="stable")
+    both = np.take_along_axis(both, order[..., None], -2)
+    ids, weights = both[..., 0], both[..., 1]
+    for k in range(1, ids.shape[-1]):
+        same = ids[..., k] == ids[..., k - 1]
+        weights[..., k] += np.where(same, weights[..., k - 1], 0.0)
+        weights[..., k - 1][same] = ids[..., k - 1][same] = 0.0
+    weights[ids == 0.0] = 0.0
+    order = np.argsort(-weights, -1, kind="stable")
+    needed = max(int((weights > 0.0).sum(-1).max(initial=0)), 1)
+    return np.take_along_axis(both, order[..., :needed, None], -2)
+
+
 class Manifests:
     """The names that ids of a scene stand for, by kind."""
 

@@ -111,7 +111,13 @@ def test_no_panel_draws_with_another_engine(scene, ui):
             assert draw(panel, engine="CYCLES", **context) == []
 
 
-FOR_SCRIPTS = {"exact_walks", "sss_analog_escape", "sss_max_scatters", "sss_thickness_aware"}  # and comparisons
+FOR_SCRIPTS = {
+    "film_from",
+    "exact_walks",
+    "sss_analog_escape",
+    "sss_max_scatters",
+    "sss_thickness_aware",
+}  # and comparisons
 
 
 def test_every_scene_setting_and_pass_is_shown(scene, ui):
@@ -154,7 +160,7 @@ def test_settings_come_from_properties_one_to_one(scene):
         "extra_transparent",
     }
     of_previews = {"preview_samples", "preview_sss_method", "use_preview_denoising"}
-    assert own - fields == {"use_animated_seed", "is_initialized", *of_previews}
+    assert own - fields == {"use_animated_seed", "is_initialized", "film_from", *of_previews}
     scene.restir.clamp_direct, scene.restir.pixel_filter, scene.restir.seed = 3.0, "BOX", 5
     scene.render.film_transparent, scene.frame_current = True, 4
     settings = render_settings(scene, bpy.context.view_layer)

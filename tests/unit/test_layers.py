@@ -17,8 +17,7 @@ LAYERS = (
     {"context", "options", "settings", "reuse_settings", "film", "adaptive", "denoise", "presets", "pace", "upscale"},
     {"integrators"},
     {"session", "live_session"},
-    {"properties", "sync", "engine", "viewport", "background"},
-    {"farm"},
+    {"properties", "sync", "engine", "viewport", "background", "farm"},
     {"operators", "ui"},
 )
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}

@@ -1,0 +1,61 @@
+"""Films from the passes of a file, and passes of a film to a file."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..film import Film
+from ..settings import PASSES, SAMPLE_COUNT, Pass, aov_passes, light_group_passes
+from .exr import Key, MultilayerFile
+from .record import Record, aovs_of
+
+
+def passes_in(file: MultilayerFile, layer: str, view: str) -> dict[Pass, Key]:
+    """The passes of a view of a layer that we know, in the order that a film wants them in."""
+    record = file.records[layer]
+    by_name = {key.name: key for key in file.keys if (key.layer, key.view) == (layer, view)}
+    known = [item for item in PASSES if not item.slots]
+    known += [*aov_passes(aovs_of(record)), *light_group_passes(record.light_groups)]
+    known += [item for item in PASSES if item.slots]
+    found = {item: by_name.get(item.name) or by_name.get(item.name_4) for item in known}
+    return {item: key for item, key in found.items() if key}
+
+
+def views_of(file: MultilayerFile) -> list[tuple[str, str]]:
+    """(view layer, view) of all pictures in a file."""
+    return list(dict.fromkeys((key.layer, key.view) for key in file.keys))
+
+
+def arrays_of(file: MultilayerFile, layer: str, view: str) -> dict[str, np.ndarray]:
+    """The passes of a view of a layer by our names, as `Film.pass_array` gives them."""
+    return {item.name: file.pixels(key, item.channels) for item, key in passes_in(file, layer, view).items()}
+
+
+def empty_film(file: MultilayerFile, layer: str, view: str) -> Film:
+    """A film without samples for a view of a layer; it shows no catchers."""
+    record = file.records[layer]
+    film = Film(*file.size, list(passes_in(file, layer, view)), record.exposure, record.transparent)
+    film.shows_catchers = False
+    film.count_pixels()
+    return film
+
+
+def film_of(file: MultilayerFile, layer: str, view: str) -> Film:
+    """The film that a view of a layer was made of."""
+    film, arrays = empty_film(file, layer, view), arrays_of(file, layer, view)
+    film.load(arrays, counts_of(arrays, file.records[layer], film))
+    return film
+
+
+def counts_of(arrays: dict[str, np.ndarray], record: Record, film: Film) -> np.ndarray:
+    """Samples of each pixel (height, width): by their pass, else all that the record tells of."""
+    if SAMPLE_COUNT in arrays:
+        return np.rint(arrays[SAMPLE_COUNT][..., 0]).astype(np.int32)
+    return np.full((film.height, film.width), record.samples, np.int32)
+
+
+def put_film(film: Film, file: MultilayerFile, layer: str, view: str, combined: np.ndarray | None = None) -> None:
+    """Set the passes of a view of a layer to those of a film; combined: in place of its own, if it was denoised."""
+    for item, key in passes_in(file, layer, view).items():
+        own = combined is not None and item.name == "Combined"
+        file.put(key, item.channels, combined if own else film.pass_array(item.name))
