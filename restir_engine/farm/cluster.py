@@ -19,7 +19,17 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 
 from dask.system import CPU_COUNT
-from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, Worker, WorkerPlugin, get_worker
+from distributed import (
+    CancelledError,
+    Client,
+    Future,
+    KilledWorker,
+    LocalCluster,
+    Worker,
+    WorkerPlugin,
+    get_worker,
+    wait,
+)
 
 from ..kernels.core import locks
 from .child import Child
@@ -28,6 +38,8 @@ from .tasks import FINISH, UNFINISHED, Job, Plan, Task
 
 RESOURCE = "restir"  # of which each worker has 1: it renders one task at a time, however many threads Dask gives it
 TICK = 0.5  # seconds between looks at who is there
+ENDING = 10.0  # seconds that workers have to answer when they are told to stop
+STOPPED = {"ok": False, "blame": HOST, "text": "the render was stopped"}
 SLOTS = 1024  # workers of a machine that are counted
 
 
@@ -44,6 +56,7 @@ class RendererPlugin(WorkerPlugin):
         """Begin; Blender is started by the first task."""
         self.child = Child(self._blender)
         self.run = ""
+        self.ended: set[str] = set()  # runs
         self.slot = next((slot for i in range(SLOTS) if (slot := locks.take(_slot(i)))), None)
         await worker.set_resources(**{RESOURCE: 1})
 
@@ -77,6 +90,8 @@ def ask(plugin: str, run: str, request: dict) -> dict:
     """On a worker: the outcome of a request to its Blender, and who it was."""
     worker = get_worker()
     renderer = worker.plugins[plugin]
+    if run in renderer.ended:
+        return STOPPED | {"host": socket.gethostname(), "worker": worker.address}
     renderer.run = run
     job = Job.of(request["job"])
     request = request | {"job": replace(job, threads=job.threads or renderer.threads()).fields()}
@@ -90,8 +105,10 @@ def ask(plugin: str, run: str, request: dict) -> dict:
 def end(plugin: str, run: str, dask_worker: Worker) -> None:
     """On a worker: end Blender where it has rendered for this run last."""
     renderer = dask_worker.plugins.get(plugin)
-    if renderer is not None and renderer.run == run:
-        renderer.child.stop()
+    if renderer is not None:
+        renderer.ended.add(run)
+        if renderer.run == run:
+            renderer.child.stop()
 
 
 def tidy(state: str) -> None:
@@ -157,10 +174,9 @@ class Run:
 
     def __exit__(self, *_) -> None:
         """End what this run has left on the workers."""
-        for future in self._pending:
-            future.cancel(force=True)
         with contextlib.suppress(Exception):  # they may be gone
             self._client.run(end, self._plugin.name, self._run)
+            wait(list(self._pending), timeout=ENDING)
             self._client.run(tidy, self._state, workers=self.workers[:1])
             self._client.unsubscribe_topic(self._run)
 

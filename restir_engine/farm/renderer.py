@@ -181,6 +181,7 @@ class Renderer:
 
     def _finish(self, job: Job, task: Task) -> list[Path] | None:
         """Merge a frame's ranges and let Blender make of them what it would have made of the film."""
+        from .exr import FileError
         from .merge import merge
 
         state, folder = self._state(job), _part(self._state(job), task).parent
@@ -189,7 +190,10 @@ class Renderer:
         parts = _parts(folder, bpy.context.scene.restir.samples)
         with unfinished(state) as place:
             film = place / "film.exr"
-            merge(parts, film)
+            try:
+                merge(parts, film)
+            except FileError as error:
+                raise NotRendered(str(error)) from None
             check_room(place)
             written = self._frame(job, task, film)
         if not job.keep_parts:
@@ -217,20 +221,21 @@ def render_frame(scene: bpy.types.Scene, frame: int, folder: Path) -> None:
 
 @contextmanager
 def changed(owner: bpy.types.bpy_struct, values: list[tuple[str, object]]) -> Iterator[None]:
-    """Set properties by path where they exist, and set them back."""
-    before = []
+    """Set properties by path where they exist, and set them back, in the same order: some say what others may be."""
+    found = []
+    for path, value in values:
+        *parents, name = path.split(".")
+        holder = owner
+        for parent in parents:
+            holder = getattr(holder, parent)
+        if hasattr(holder, name):
+            found.append((holder, name, getattr(holder, name), value))
     try:
-        for path, value in values:
-            *parents, name = path.split(".")
-            holder = owner
-            for parent in parents:
-                holder = getattr(holder, parent)
-            if hasattr(holder, name):
-                before.append((holder, name, getattr(holder, name)))
-                setattr(holder, name, value)
+        for holder, name, _, value in found:
+            setattr(holder, name, value)
         yield
     finally:
-        for holder, name, value in before:
+        for holder, name, value, _ in found:
             setattr(holder, name, value)
 
 
