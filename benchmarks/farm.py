@@ -32,17 +32,23 @@ PORT = 8786
 SUBREAPER = 36  # of prctl
 
 
-def measured(command: list[str], **options) -> tuple[float, float, str]:
-    """(seconds, seconds of CPU time, output) of a command and of everything that it starts."""
+def output_of(command: list[str]) -> str:
+    """What a command prints, which must succeed."""
+    result = subprocess.run(command, capture_output=True, text=True)
+    if result.returncode:
+        raise SystemExit(f"{' '.join(command)}\n{result.stdout}\n{result.stderr}")
+    return result.stdout
+
+
+def measured(command: list[str]) -> tuple[float, float]:
+    """(seconds, seconds of CPU time) of a command and of everything that it starts."""
     before, began = _cpu(), time.perf_counter()
-    result = subprocess.run(command, capture_output=True, text=True, **options)
+    output_of(command)
     seconds = time.perf_counter() - began
     with contextlib.suppress(ChildProcessError):
         while True:
             os.waitpid(-1, 0)  # those whose parents have ended
-    if result.returncode:
-        raise SystemExit(f"{' '.join(command)}\n{result.stdout}\n{result.stderr}")
-    return seconds, _cpu() - before, result.stdout
+    return seconds, _cpu() - before
 
 
 def _cpu() -> float:
@@ -53,7 +59,7 @@ def _cpu() -> float:
 def make(file: Path, scene: str, size: str, samples: int, frames: int) -> None:
     """Have a .blend saved by a process of its own."""
     task = [sys.executable, "-m", "benchmarks.farm", "make", "--file", str(file), "--scene", scene]
-    measured([*task, "--size", size, "--samples", str(samples), "--frames", str(frames)])
+    output_of([*task, "--size", size, "--samples", str(samples), "--frames", str(frames)])
 
 
 def save(options: argparse.Namespace) -> None:
@@ -99,7 +105,7 @@ def plain(options: argparse.Namespace) -> None:
 
 def rendered_plainly(file: Path) -> tuple[float, float, np.ndarray]:
     """(seconds, seconds of CPU time, picture) of one plain render."""
-    seconds, cpu, _ = measured([sys.executable, "-m", "benchmarks.farm", "plain", "--file", str(file)])
+    seconds, cpu = measured([sys.executable, "-m", "benchmarks.farm", "plain", "--file", str(file)])
     return seconds, cpu, picture(file.parent / "plain" / "frame_0001.exr")
 
 
@@ -129,7 +135,7 @@ def still(options: argparse.Namespace, folder: Path) -> bool:
     for workers in options.workers:
         command = [*FARM, str(file), "--frames", "1", "--workers", str(workers)]
         command += ["--samples-per-task", str(options.samples // 4)]
-        farm_seconds, farm_cpu, _ = measured(command)
+        farm_seconds, farm_cpu = measured(command)
         overhead = farm_cpu / cpu - 1.0
         found = difference(picture(folder / "out" / "frame_0001.exr"), reference)
         print(
@@ -173,25 +179,19 @@ def hosts(workers: int, full: Path | None = None) -> Iterator[tuple[list[str], s
     full: a folder that is a full disk for the first worker.
     """
     address = f"tcp://10.77.0.1:{PORT}"
-    dask = [sys.executable, "-m", "distributed.cli"]
     with namespaces(workers + 1) as names, contextlib.ExitStack() as stack, tempfile.TemporaryDirectory() as folder:
         for i, name in enumerate(names):
-            command = [*dask, "scheduler", "--host", "10.77.0.1", "--port", str(PORT), "--no-dashboard"]
-            if i:
-                command = [*dask, "worker", address, "--nthreads", "1", "--no-dashboard"]
-                command += ["--local-directory", folder, "--name", f"host{i}"]
-            command = [sys.executable, "-c", _DASK[min(i, 1)], *command[3:]]
+            script = f"hostname host{i}; "
             if i == 1 and full:
-                script = 'mount -t tmpfs -o size=64k full "$1"; head -c 60k /dev/zero >"$1/full"; shift; exec "$@"'
-                command = ["unshare", "--mount", "sh", "-c", script, "-", str(full), *command]
-            process = subprocess.Popen(
-                ["ip", "netns", "exec", name, *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-            )
+                script += f"mount -t tmpfs -o size=64k full {full}; head -c 60k /dev/zero >{full}/full; "
+            kind = "worker" if i else "scheduler"
+            command = [sys.executable, "-c", f"from distributed.cli.dask_{kind} import main; main()", "--no-dashboard"]
+            command += ["--host", f"10.77.0.{i + 1}"]
+            command += [address, "--nthreads", "1", "--local-directory", folder] if i else ["--port", str(PORT)]
+            apart = ["ip", "netns", "exec", name, "unshare", "--uts", "--mount", "sh", "-c", script + 'exec "$@"', "-"]
+            process = subprocess.Popen([*apart, *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             stack.callback(lambda p=process: (p.terminate(), p.wait()))
         yield ["ip", "netns", "exec", names[0]], address
-
-
-_DASK = tuple(f"from distributed.cli.dask_{kind} import main; main()" for kind in ("scheduler", "worker"))
 
 
 def on_hosts(options: argparse.Namespace, folder: Path) -> bool:
@@ -201,8 +201,9 @@ def on_hosts(options: argparse.Namespace, folder: Path) -> bool:
     reference = rendered_plainly(file)[2]
     with hosts(2) as (here, address):
         command = [*here, *FARM, str(file), "--frames", "1", "--scheduler", address]
-        seconds, _, output = measured([*command, "--samples-per-task", str(options.samples // 8)])
-    print(output)
+        began = time.perf_counter()
+        print(output_of([*command, "--samples-per-task", str(options.samples // 8)]))
+        seconds = time.perf_counter() - began
     found = picture(folder / "out" / "frame_0001.exr")
     print(f"two hosts, 8 ranges: {seconds:.1f} s, {difference(found, reference)}")
     return close(found, reference)
@@ -247,7 +248,7 @@ def full_disk(options: argparse.Namespace, folder: Path) -> bool:
     reference = rendered_plainly(file)[2]
     with hosts(2, full=out) as (here, address):
         time.sleep(5.0)  # both are there
-        _, _, output = measured([*here, *FARM, str(file), "--scheduler", address])
+        output = output_of([*here, *FARM, str(file), "--scheduler", address])
     print(output)
     found = picture(out / "frame_0001.exr")
     print(f"a full disk: {difference(found, reference)}, {len(list(out.glob('frame_*.exr')))} of 4 frames")

@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -116,17 +115,10 @@ def test_what_fails_is_named_and_the_rest_is_rendered(tmp_path, child):
 
 def test_a_blender_that_dies_is_started_again(file, child):
     job = prepared(child, Job(str(file), output=str(file.parent / "again" / "frame_")))
-    timer = threading.Timer(0.5, lambda: os.kill(child.greeting["pid"], signal.SIGKILL))
-    timer.start()
-    outcome = {"ok": True}
-    while outcome["ok"] and timer.is_alive():
-        prepared(child, job)
-        outcome = rendered(child, job, FRAME, 1)
-    timer.join()
-    if outcome["ok"]:
-        outcome = rendered(child, job, FRAME, 3)
-    assert outcome["ok"] or outcome["blame"] == "HOST"
-    assert rendered(child, job, FRAME, 3)["ok"]
+    request = {"do": "task", "job": job.fields(), "task": Task(FRAME, 1).fields()}
+    outcome = child.ask(request, lambda message: os.kill(child.greeting["pid"], signal.SIGKILL))
+    assert not outcome["ok"] and outcome["blame"] == "HOST" and "SIGKILL" in outcome["text"]
+    assert rendered(child, job, FRAME, 1)["ok"]
 
 
 def test_a_full_disk_is_noticed_where_blender_does_not(scene, tmp_path, monkeypatch):
@@ -189,7 +181,7 @@ def test_an_open_job_description_runs(tmp_path):
     file, job = farm.save(tmp_path / "shot.blend", frames=2), tmp_path / "job.yaml"
     process = run_farm(file, "--template", str(job), "--samples-per-task", "2")
     assert process.wait(timeout=100) == 0
-    command = [openjd, "run", job, "--step", "Finish", "--run-dependencies", "-p", f"Python={sys.executable}"]
+    command = [openjd, "run", job, "-p", f"Python={sys.executable}"]
     result = subprocess.run([*command, "--output", "json"], capture_output=True, text=True, env=environment())
     assert result.returncode == 0, result.stdout
     assert json.loads(result.stdout[result.stdout.index("{") :])["status"] == "success"
