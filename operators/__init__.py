@@ -2,28 +2,31 @@
 
 import bpy
 
-from . import cycles_settings, farm, maintenance, medium_presets
+from . import cycles_settings, farm, maintenance, medium_presets, merge_ranges
 
 CLASSES = (
     cycles_settings.RESTIR_OT_settings_from_cycles,
     maintenance.RESTIR_OT_clear_kernel_cache,
     maintenance.RESTIR_OT_copy_diagnostics,
     medium_presets.RESTIR_OT_medium_preset,
+    merge_ranges.RESTIR_OT_merge_ranges,
 )
 
 
 def register() -> None:
-    """Add the operators, and the handlers that run the first of them by itself."""
+    """Add the operators, the handlers that run the first of them by itself, and the command that runs another."""
     for cls in CLASSES:
         if not cls.is_registered:
             bpy.utils.register_class(cls)
     cycles_settings.watch()
-    farm.register()
+    merge_ranges.offer_command()
+    farm.offer_command()
 
 
 def unregister() -> None:
     """Take them away."""
-    farm.unregister()
+    farm.withdraw_command()
+    merge_ranges.withdraw_command()
     cycles_settings.unwatch()
     for cls in reversed(CLASSES):
         if cls.is_registered:

@@ -11,18 +11,18 @@ def _restir_farm(arguments: list[str]) -> int:
     return command(arguments)
 
 
-class _Command:
-    registered = None
+class _Registered:
+    command = None
 
 
-def register() -> None:
+def offer_command() -> None:
     """Let `blender --command restir_farm` be known."""
-    if _Command.registered is None:
-        _Command.registered = bpy.utils.register_cli_command("restir_farm", _restir_farm)
+    if _Registered.command is None:
+        _Registered.command = bpy.utils.register_cli_command("restir_farm", _restir_farm)
 
 
-def unregister() -> None:
+def withdraw_command() -> None:
     """Take it away."""
-    if _Command.registered is not None:
-        bpy.utils.unregister_cli_command(_Command.registered)
-        _Command.registered = None
+    if _Registered.command is not None:
+        bpy.utils.unregister_cli_command(_Registered.command)
+        _Registered.command = None

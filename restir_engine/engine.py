@@ -50,12 +50,13 @@ class RestirEngine(bpy.types.RenderEngine):
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows into a scene of our own."""
         self.scene = None
-        if depsgraph.scene.restir.film_from and not self.is_preview:
-            return
         with failures_told(self, "The scene could not be read"):
             problem = requirements.problem()
             if problem:
                 raise SceneError(problem)
+            configure_cache()
+            if self._delivers_file(depsgraph):
+                return
             self.update_stats("", "Reading the scene")
             of_frame = depsgraph.scene_eval, depsgraph.view_layer_eval
             artist = artists_scene() if self.is_preview else None
@@ -63,7 +64,6 @@ class RestirEngine(bpy.types.RenderEngine):
                 properties.preview_settings(*of_frame, artist) if artist else properties.render_settings(*of_frame)
             )
             self.settings.require_samples()
-            configure_cache()
             from .sync.depsgraph import read_scene
             from .sync.kept import Kept
             from .sync.motion import Frames
@@ -81,7 +81,7 @@ class RestirEngine(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Render what `update` read."""
-        if depsgraph.scene.restir.film_from and not self.is_preview:
+        if self._delivers_file(depsgraph):
             self._deliver_file(depsgraph)
         if self.scene is None:
             return
@@ -103,6 +103,10 @@ class RestirEngine(bpy.types.RenderEngine):
                 if not self.is_preview:
                     report_warnings(self, depsgraph.scene, session.scene.warnings)
 
+    def _delivers_file(self, depsgraph: bpy.types.Depsgraph) -> bool:
+        """Whether a file takes the place of the render, in which this engine has what it needs."""
+        return bool(depsgraph.scene.restir.film_from) and not self.is_preview and not requirements.problem()
+
     def _deliver_file(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Hand over the samples that a file has."""
         with failures_told(self, "The file could not be delivered"):
@@ -111,7 +115,7 @@ class RestirEngine(bpy.types.RenderEngine):
             self.update_stats("", "Reading the film")
             settings = properties.render_settings(depsgraph.scene_eval, depsgraph.view_layer_eval)
             name, path = depsgraph.view_layer.name, bpy.path.abspath(depsgraph.scene.restir.film_from)
-            layer = LayerFromFile(path, name, settings, depsgraph.scene.render)
+            layer = LayerFromFile(path, name, settings, depsgraph.scene)
             for view, delivered in layer.deliveries():
                 result = self.begin_result(0, 0, delivered.width, delivered.height, layer=name, view=view)
                 if result is None:
@@ -130,6 +134,8 @@ class RestirEngine(bpy.types.RenderEngine):
         from .farm.record import record_of
 
         scene, layer = depsgraph.scene, depsgraph.view_layer
+        if not (session.settings.is_part or scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"):
+            return
         asked = properties.enabled_passes(layer)
         record = record_of(session, scene.name, scene.frame_current, asked, seconds)
         self._stamp(record.fields(layer.name))

@@ -194,12 +194,12 @@ class Film(RecordOwner):
             if item.light and self.exposure > 0.0:
                 sums[..., :3] /= self.exposure
 
-    def add(self, other: Film) -> None:
-        """Add the samples of a film of the same passes, which come after this one's; slots of Cryptomatte stay."""
+    def add(self, other: Film, before: bool) -> None:
+        """Add the samples of a film of the same passes; before: they precede this one's. Slots of Cryptomatte stay."""
         for item in self.passes:
             if item.averaged and not item.slots:
                 self.sums(item.name)[:] += other.sums(item.name)
-            elif not item.averaged and not self.samples:
+            elif not item.averaged and before:
                 self.sums(item.name)[:] = other.sums(item.name)
         self.samples += other.samples
         self.counts += other.counts

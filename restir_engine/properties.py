@@ -80,7 +80,7 @@ class RestirSceneSettings(bpy.types.PropertyGroup):
         "reuse": PointerProperty(type=RestirReuseSettings, name="Reuse", description=RestirReuseSettings.__doc__),
         "film_from": StringProperty(
             name="Film From",
-            description="For scripts: a merged multilayer OpenEXR file that renders deliver in place of samples of their own",
+            description="For scripts: a merged multilayer OpenEXR file, which renders deliver instead of sampling",
             subtype="FILE_PATH",
         ),
         # Whether the Cycles settings of this scene were looked at once.
@@ -132,7 +132,8 @@ def delivered_passes(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) ->
     """Names of the passes that a final render of a view layer delivers."""
     own, names = scene.restir, enabled_passes(view_layer)
     if RenderSettings(samples=own.samples, **sample_range(own)).is_part:
-        catchers = any(item.is_shadow_catcher for item in bpy.data.objects)
+        # The lamp of Blender's first scene is marked as one.
+        catchers = any(item.is_shadow_catcher and item.type != "LIGHT" for item in bpy.data.objects)
         names = carried_passes(names, own.use_denoising, own.use_adaptive_sampling, catchers)
     return names
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 # Exactly these are shipped as wheels; pyproject.toml names the same.
 WHEELS = {"numba": "0.68.1", "llvmlite": "0.50.0", "embreex": "4.4.0.post1", "openexr": "3.5.3"}
-# Those that a render needs; farm/exr.py says where openexr is missing, which merges renders.
-RENDERING = ("numba", "llvmlite", "embreex")
+# What a render does without: farm/exr.py, which merges renders, says where it is missing.
+FOR_MERGING = {"openexr"}
 
 # How many leading numbers of a newer version must be the same: what they have inside changes with the next.
 SERIES = {"numba": 2, "llvmlite": 2, "embreex": 1}
@@ -23,8 +23,9 @@ def problem() -> str:
     All extensions share one folder of packages in which the newest version wins, so another extension can have
     replaced what ours brought.
     """
-    for package in RENDERING:
-        version = WHEELS[package]
+    for package, version in WHEELS.items():
+        if package in FOR_MERGING:
+            continue
         try:
             found = metadata.version(package)
         except metadata.PackageNotFoundError:

@@ -81,6 +81,7 @@ class RESTIR_RENDER_PT_sample_range(RestirPanel, bpy.types.Panel):
         column = self.column()
         column.prop(context.scene.restir, "sample_offset", text="Offset")
         column.prop(context.scene.restir, "sample_subset", text="Subset")
+        column.operator("restir.merge_ranges", icon="IMAGE_DATA")
 
 
 class RESTIR_RENDER_PT_resampling(RestirPanel, bpy.types.Panel):

@@ -38,12 +38,13 @@ class Delivered:
 class LayerFromFile:
     """A view layer of a file, finished by the settings of a render: denoised once, shadow catchers in Combined.
 
-    render: Blender's settings, by which the file must have the size of the picture or of its render region.
+    scene: Blender's, by which the file must have the size of the picture or of its render region.
     `fields` is what is to be told with the picture, `warnings` (of the render, and of `deliveries`) what of it.
     Raises SceneError where the file does not serve.
     """
 
-    def __init__(self, path: str, layer: str, settings: RenderSettings, render) -> None:
+    def __init__(self, path: str, layer: str, settings: RenderSettings, scene) -> None:
+        render = scene.render
         try:
             self._file = MultilayerFile(path)
         except FileError as error:
@@ -60,6 +61,8 @@ class LayerFromFile:
         self._record = self._file.records[layer]
         self.warnings = Warnings()
         self._warn(self._record.warnings)
+        if self._record.frame != scene.frame_current:
+            self.warnings.add("File", self._file.path.name, f"it is of frame {self._record.frame}")
         for first, last in self._record.missing:
             self.warnings.add(
                 "File", self._file.path.name, f"samples {first} to {last} of {self._record.of} are missing"

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import os
+import uuid
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from .record import Record, read_records
+
+LOSSLESS = {"NO", "RLE", "ZIPS", "ZIP", "PIZ"}
 
 
 class FileError(Exception):
@@ -89,7 +91,10 @@ class MultilayerFile:
         return self._file.parts[number].channels[name].pixels
 
     def write(self, path: str | Path, fields: dict[str, str], without: set[Key] = frozenset()) -> None:
-        """Write the passes, but for some, with text fields of the first part replaced; all of the file or nothing."""
+        """Write the passes, but for some, with text fields of the first part replaced; all of the file or nothing.
+
+        Compression that loses something would lose it a second time: it becomes ZIP.
+        """
         exr = _library()
         kept = {name for key, entries in self._channels.items() if key not in without for name in entries.values()}
         parts = []
@@ -97,10 +102,12 @@ class MultilayerFile:
             channels = {name: c.pixels for name, c in part.channels.items() if (number, name) in kept}
             if channels:
                 header = {k: v for k, v in part.header.items() if k not in ("channels", "chunkCount")}
+                if header["compression"].name.partition("_")[0] not in LOSSLESS:
+                    header["compression"] = exr.ZIP_COMPRESSION
                 parts.append(exr.Part(header, channels, part.name()))
         parts[0].header.update(fields)
         path = Path(path)
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+        unfinished = path.with_name(f".{path.name}.{uuid.uuid4().hex}")  # of nobody else, on whatever machine
         try:
             exr.File(parts).write(str(unfinished))
             unfinished.replace(path)

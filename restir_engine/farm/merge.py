@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -37,15 +38,17 @@ class Sum:
     """What the files merged so far add up to in a view of a layer."""
 
     def __init__(self, film: Film) -> None:
-        self._film = film
+        self._film, self._begins = film, math.inf
         self._slots = {kind: film.slots(kind) for kind in KINDS}
 
-    def add(self, film: Film) -> None:
-        """Add the film of another file, whose samples come later."""
+    def add(self, film: Film, record: Record) -> None:
+        """Add the film of another file."""
         for kind, slots in self._slots.items():
             if slots.size:
                 self._slots[kind] = united(slots, film.slots(kind))  # all ids: which are the heaviest shows at the end
-        self._film.add(film)
+        begins = record.ranges[0][0] if record.ranges else math.inf
+        self._film.add(film, before=begins < self._begins)
+        self._begins = min(begins, self._begins)
 
     def film(self) -> Film:
         """The film of all samples; where a pixel has more ids than slots, those that cover least are left out."""
@@ -70,7 +73,6 @@ def merge(
     Raises FileError, with nothing written, where files are not of one picture.
     """
     headers = [MultilayerFile(path, header_only=True) for path in paths]
-    headers.sort(key=_beginning)
     warnings = check(headers)
     steps = len(headers) + 1
     first = MultilayerFile(headers[0].path)
@@ -78,7 +80,7 @@ def merge(
     for number, header in enumerate(headers):
         file = MultilayerFile(header.path) if number else first
         for place, total in sums.items():
-            total.add(film_of(file, *place))
+            total.add(film_of(file, *place), file.records[place[0]])
         progress((number + 1) / steps)
     records = {layer: merged([file.records[layer] for file in headers]) for layer in first.records}
     fields, dropped = united_manifests([file.fields for file in headers]), set()
@@ -117,11 +119,6 @@ def carried_along(file: MultilayerFile, layer: str, view: str, record: Record) -
     """The passes that nobody asked for."""
     places = passes_in(file, layer, view)
     return {key for item, key in places.items() if item.name in PASS_BY_NAME and item.name not in record.passes}
-
-
-def _beginning(file: MultilayerFile) -> tuple:
-    """By what files are put in order: where the ranges of their layers begin, of those that have any."""
-    return [(record.ranges or ((0, 0),))[0] for record in file.records.values()]
 
 
 def check(files: list[MultilayerFile]) -> list[str]:

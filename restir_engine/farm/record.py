@@ -109,7 +109,8 @@ def _digest(settings: RenderSettings) -> str:
     """Eight digits for all settings but those that other fields tell, and who takes which samples how fast."""
     kept = replace(
         settings, sample_offset=0, sample_subset=0, threads=0, time_limit=0.0, use_denoising=False,
-        denoising_quality="", passes=frozenset(), seed=0, samples=1, scene_samples=0,
+        denoising_quality="", passes=frozenset(), aovs=(), light_groups=(), seed=0, samples=1, scene_samples=0,
+        film_exposure=1.0, film_transparent=False,
     )  # fmt: skip
     return hashlib.sha256(repr(kept).encode()).hexdigest()[:8]
 

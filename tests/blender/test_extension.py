@@ -163,6 +163,32 @@ def test_a_range_of_samples_is_copied_where_cycles_has_it_switched_on(extension)
     assert (own.sample_offset, own.sample_subset) == (0, 0)
 
 
+def test_ranges_are_merged_by_the_operator_and_by_the_command(extension, tmp_path):
+    scene = bpy.context.scene
+    image, own = scene.render.image_settings, scene.restir
+    if hasattr(image, "media_type"):
+        image.media_type = "MULTI_LAYER_IMAGE"
+    image.file_format, image.color_depth, image.exr_codec = "OPEN_EXR_MULTILAYER", "32", "DWAA"
+    own.is_initialized, own.integrator, own.samples, own.sample_subset = True, "PATH", 2, 1
+    scene.render.resolution_x, scene.render.resolution_y = 16, 12
+    names = ("a.exr", "b.exr")
+    for own.sample_offset, name in enumerate(names):
+        scene.render.filepath = str(tmp_path / name)
+        bpy.ops.render.render(write_still=True)
+    files = [{"name": name} for name in names]
+    assert bpy.ops.restir.merge_ranges(directory=str(tmp_path), files=files, out="c.exr") == {"FINISHED"}
+    command = sys.modules[f"{NAME}.operators.merge_ranges"].merge_command
+    assert command(["-o", str(tmp_path / "d.exr"), "--finish", *(str(tmp_path / name) for name in names)]) == 0
+    files = sys.modules[f"{NAME}.restir_engine.farm.exr"].MultilayerFile
+    pictures = [
+        files(tmp_path / name).pixels(("ViewLayer", "", "Combined"), "RGBA") for name in (*names, "c.exr", "d.exr")
+    ]
+    np.testing.assert_allclose(pictures[2], (pictures[0] + pictures[1]) / 2.0, rtol=1e-5, atol=1e-6)
+    np.testing.assert_array_equal(pictures[2], pictures[3])
+    with pytest.raises(RuntimeError, match="both have samples 0 to 1"):
+        bpy.ops.restir.merge_ranges(directory=str(tmp_path), files=[{"name": "a.exr"}, {"name": "d.exr"}], out="e.exr")
+
+
 def test_compiling_in_the_background_follows_its_preference(extension, monkeypatch, tmp_path):
     """It begins with the integrator of the open scene, ends when it is switched off, and is done once."""
     background = sys.modules[NAME + ".restir_engine.background"]

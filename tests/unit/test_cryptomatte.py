@@ -9,7 +9,7 @@ from restir_engine.film import Film
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address
 from restir_engine.kernels.film.cryptomatte import add_to_slots, merge_slots
-from restir_engine.scene.cryptomatte import Manifests, murmur3, name_bits, name_id
+from restir_engine.scene.cryptomatte import Manifests, murmur3, name_bits, name_id, united
 from restir_engine.settings import cryptomatte, required_passes
 
 
@@ -64,3 +64,13 @@ def test_passes_rank_by_coverage():
     first, second = (film.pass_array(name)[0, 0] for name in sorted(names))
     np.testing.assert_allclose([*first, *second], [3.0, 0.5, 2.0, 0.3, 1.0, 0.1, 0.0, 0.0], rtol=1e-6)
     assert film.record["crypto_slots"] == 4 and film.record["summed"] == 4
+
+
+def test_slots_of_two_pictures_are_added_by_id_and_ranked_anew():
+    """Told by it: slots added by rank, of which one id would have what another covers."""
+    one = np.array([[[5.0, 3.0], [6.0, 1.0]], [[7.0, 4.0], [0.0, 0.0]]], np.float32)
+    other = np.array([[[9.0, 2.0], [6.0, 1.5]], [[0.0, 0.0], [0.0, 0.0]]], np.float32)
+    both = united(one, other)
+    assert both.tolist() == [[[5.0, 3.0], [6.0, 2.5], [9.0, 2.0]], [[7.0, 4.0], [0.0, 0.0], [0.0, 0.0]]]
+    assert united(both, one[:, :0])[..., 1].sum() == 11.5  # nothing is lost where there is nothing to add
+    assert united(np.zeros((2, 3, 2, 2), np.float32), np.zeros((2, 3, 2, 2), np.float32)).shape == (2, 3, 1, 2)
