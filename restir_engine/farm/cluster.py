@@ -13,6 +13,7 @@ import signal
 import socket
 import time
 import uuid
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from multiprocessing import resource_tracker
@@ -38,6 +39,7 @@ from .tasks import FINISH, UNFINISHED, Job, Plan, Task
 
 RESOURCE = "restir"  # of which each worker has 1: it renders one task at a time, however many threads Dask gives it
 TICK = 0.5  # seconds between looks at who is there
+FAILURES = 2  # running, after which a worker gets no more tasks
 ENDING = 10.0  # seconds that workers have to answer when they are told to stop
 STOPPED = {"ok": False, "blame": HOST, "text": "the render was stopped"}
 SLOTS = 1024  # workers of a machine that are counted
@@ -162,13 +164,17 @@ class Run:
         self._plugin = RendererPlugin(blender)
         self._run = f"restir-{uuid.uuid4().hex[:8]}"
         self._state = ""
+        self._failures: Counter[str] = Counter()  # of each worker, since it did something right
         self._pending: dict[Future, tuple[Task, set[str]]] = {}
         self._events: queue.SimpleQueue = queue.SimpleQueue()
 
     def __enter__(self) -> Run:
         client = self._client
         client.wait_for_workers(1, timeout=None)
-        client.register_plugin(self._plugin)
+        try:
+            client.register_plugin(self._plugin)
+        except Exception as error:  # whatever a worker says
+            raise FarmError(f"The workers cannot import {__package__}: {error}") from error
         client.subscribe_topic(self._run, lambda event: self._events.put((None, event[1])))
         return self
 
@@ -223,7 +229,7 @@ class Run:
             if time.monotonic() - looked > TICK:
                 looked, there = time.monotonic(), self.workers
                 self._free_stranded(plan, set(there))
-            while len(self._pending) < len(there) and (task := plan.next()) is not None:
+            while len(self._pending) < len(self._fit(set(there))) and (task := plan.next()) is not None:
                 self._begin(plan, task, set(there))
             on_progress(samples, len(there))
             with contextlib.suppress(queue.Empty):
@@ -236,8 +242,10 @@ class Run:
                     samples.pop(task, None)
                     outcome = _outcome(future)
                     if outcome["ok"]:
+                        self._failures[outcome["worker"]] = 0
                         plan.done(task)
                     else:
+                        self._failures[outcome["worker"]] += outcome["blame"] == HOST
                         outcome["again"] = plan.failed(
                             task,
                             f"{task}, on {outcome['host']}: {told(outcome)}",
@@ -247,8 +255,13 @@ class Run:
                     on_outcome(task, outcome)
         on_progress(samples, len(there))
 
+    def _fit(self, there: set[str]) -> set[str]:
+        """Those workers that do not fail at whatever they are given; all, where none is left."""
+        return {worker for worker in there if self._failures[worker] < FAILURES} or there
+
     def _begin(self, plan: Plan, task: Task, there: set[str]) -> None:
-        allowed = there - plan.avoid.get(task, set())
+        fit = self._fit(there)
+        allowed = fit - plan.avoid.get(task, set()) or fit
         allowed = set() if allowed == there else allowed
         name = f"{task.kind.lower()}-{task.frame}-{task.first}-{uuid.uuid4().hex[:8]}"
         request = {"do": "task", "task": task.fields()}

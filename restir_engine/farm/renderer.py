@@ -38,6 +38,7 @@ _RANGE = (
     ("image_settings.color_mode", "RGBA"),
     ("image_settings.color_depth", "32"),
     ("image_settings.exr_codec", "ZIP"),
+    ("image_settings.use_preview", False),
     ("image_settings.views_format", "MULTIVIEW"),
     ("image_settings.color_management", "FOLLOW_SCENE"),
 )

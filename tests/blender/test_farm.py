@@ -138,6 +138,15 @@ def test_a_full_disk_is_noticed_where_blender_does_not(scene, tmp_path, monkeypa
     assert list((tmp_path / "state").iterdir()) == []
 
 
+def test_simulations_that_are_not_baked_are_named(scene):
+    bpy.ops.mesh.primitive_plane_add()
+    bpy.context.object.name = "Flag"
+    assert renderer.cautions(scene, Job("")) == []
+    bpy.context.object.modifiers.new("Cloth", "CLOTH")
+    [line] = renderer.cautions(scene, Job(""))
+    assert "(Flag)" in line
+
+
 def run_farm(file: Path, *arguments: str) -> subprocess.Popen:
     """The farm's command, with two workers of this machine."""
     command = [sys.executable, "-m", "restir_engine.farm", str(file), "--workers", "2", "--dashboard", ":0"]
