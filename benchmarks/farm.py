@@ -4,7 +4,7 @@
     python -m benchmarks.farm hosts          workers in network namespaces of their own (root)
     python -m benchmarks.farm killed         a worker is killed by -9 in the middle
     python -m benchmarks.farm full           the disk of one worker is full (root)
-    python -m benchmarks.farm memory [--frames 200]
+    python -m benchmarks.farm memory [--frames 200] [--ranges]
 
 CPU time is user and system time of all processes that a command starts, those included that outlive their parents
 (PR_SET_CHILD_SUBREAPER); Linux alone has that. The last line of each says whether it went as it should.
@@ -258,16 +258,20 @@ def full_disk(options: argparse.Namespace, folder: Path) -> bool:
 def memory(options: argparse.Namespace, folder: Path) -> bool:
     """How the memory of a worker's Blender grows with the frames that it renders."""
     from restir_engine.farm.child import Child
-    from restir_engine.farm.tasks import FRAME, Job, Task
+    from restir_engine.farm.tasks import FINISH, FRAME, SAMPLES, Job, Task
 
     file = folder / "animation.blend"
     make(file, options.scene, "64x64", 4, options.frames)
-    child, job = Child(), Job(str(file))
+    child, job = Child(), Job(str(file), samples_per_task=2 if options.ranges else 0)
     facts = child.ask({"do": "facts", "job": job.fields()})
     job = Job.of(job.fields() | {"digest": facts["digest"]})
     found = []
     for frame in facts["frames"]:
-        outcome = child.ask({"do": "task", "job": job.fields(), "task": Task(FRAME, frame, 0, 4).fields()})
+        tasks = [Task(FRAME, frame, 0, 4)]
+        if options.ranges:
+            tasks = [Task(SAMPLES, frame, 0, 2), Task(SAMPLES, frame, 2, 2), Task(FINISH, frame)]
+        for task in tasks:
+            outcome = child.ask({"do": "task", "job": job.fields(), "task": task.fields()})
         found.append(outcome["memory"] / 2**20)
     child.stop()
     rest = np.polyfit(np.arange(len(found) // 2), found[-(len(found) // 2) :], 1)[0]
@@ -288,6 +292,7 @@ def main() -> None:
     parser.add_argument("--size", default="1280x720")
     parser.add_argument("--samples", type=int, default=256)
     parser.add_argument("--frames", type=int, default=200)
+    parser.add_argument("--ranges", action="store_true", help="memory: of frames that are made of two ranges each")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4])
     parser.add_argument("--file", type=Path)
     options = parser.parse_args()
