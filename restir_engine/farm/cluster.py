@@ -29,7 +29,6 @@ from distributed import (
     Worker,
     WorkerPlugin,
     get_worker,
-    wait,
 )
 
 from ..kernels.core import locks
@@ -182,7 +181,8 @@ class Run:
         """End what this run has left on the workers."""
         with contextlib.suppress(Exception):  # they may be gone
             self._client.run(end, self._plugin.name, self._run)
-            wait(list(self._pending), timeout=ENDING)
+            for future in self._pending:
+                future.exception(timeout=ENDING)
             self._client.run(tidy, self._state, workers=self.workers[:1])
             self._client.unsubscribe_topic(self._run)
 
