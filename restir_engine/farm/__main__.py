@@ -10,9 +10,7 @@ What is written is what one machine would have written. See docs/farm.md.
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import os
-import shutil
 import signal
 import sys
 from dataclasses import replace
@@ -39,7 +37,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--resume", action="store_true", help="do not render again what an earlier run has left")
     found.add_argument("--keep-parts", action="store_true", help="leave the ranges of finished frames on disk")
     found.add_argument("--enable-autoexec", action="store_true", help="let Python in the file run")
-    found.add_argument("--blender", default="", help="default: this Python's bpy, else the blender on the path")
+    found.add_argument("--blender", default="", help="default: bpy of the worker's Python, or else blender")
     found.add_argument("--threads", type=int, default=0, help="of each Blender (default: its share of the machine)")
     found.add_argument("--tries", type=int, default=3, help="of a task that a machine is to blame for (default: 3)")
     found.add_argument("--scheduler", default="", metavar="ADDRESS", help="of a Dask cluster (default: one made here)")
@@ -55,15 +53,6 @@ def frames(text: str) -> list[int]:
         return parse_frames(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
-
-
-def chosen_blender(path: str) -> str:
-    """The Blender to start; "" for this Python, where it has bpy."""
-    if not path and importlib.util.find_spec("bpy") is None:
-        path = shutil.which("blender") or ""
-        if not path:
-            raise SystemExit("There is no Blender: say where it is with --blender, or install bpy for this Python.")
-    return path
 
 
 def absolute(path: str) -> str:
@@ -86,9 +75,8 @@ def main(arguments: list[str] | None = None) -> int:
         threads=options.threads,
         keep_parts=options.keep_parts,
     )
-    blender = chosen_blender(options.blender)
     if options.template:
-        return write_template(job, blender, options)
+        return write_template(job, options)
     try:
         from . import cluster
     except ModuleNotFoundError as error:
@@ -96,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with cluster.connected(options.scheduler, options.workers, options.dashboard) as client:
-            return render(cluster, client, job, blender, options)
+            return render(cluster, client, job, options)
     except KeyboardInterrupt:
         print("\nStopped. What is written stays; --resume goes on from here.", file=sys.stderr)
         return INTERRUPTED
@@ -105,11 +93,14 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
 
 
-def write_template(job: Job, blender: str, options: argparse.Namespace) -> int:
+def write_template(job: Job, options: argparse.Namespace) -> int:
     """Write an Open Job Description, for which a Blender here looks into the file; the exit code."""
+    from .child import Child
     from .template import template, write
 
-    facts = ask_here(job, blender)
+    child = Child(options.blender)
+    facts = child.ask({"do": "facts", "job": job.fields()})
+    child.stop()
     if not facts["ok"]:
         print(facts["text"], file=sys.stderr)
         return 1
@@ -120,50 +111,23 @@ def write_template(job: Job, blender: str, options: argparse.Namespace) -> int:
     return 0
 
 
-def ask_here(job: Job, blender: str) -> dict:
-    """What a job consists of, by a Blender on this machine."""
-    from .child import Child
-
-    child = Child(blender)
-    try:
-        return child.ask({"do": "facts", "job": job.fields()})
-    finally:
-        child.stop()
-
-
-def render(cluster, client, job: Job, blender: str, options: argparse.Namespace) -> int:
+def render(cluster, client, job: Job, options: argparse.Namespace) -> int:
     """Render a job by a client's cluster; the exit code."""
     from .progress import Progress
 
     print(f"Dashboard: {client.dashboard_link}", flush=True)
     if not client.nthreads():
         print("Waiting for workers", flush=True)
-    with cluster.Run(client, job, blender) as run:
+    with cluster.Run(client, job, options.blender) as run:
         facts = run.prepare(options.resume)
         ranges = sample_ranges(facts["samples"], job.samples_per_task)
         plan = Plan(options.frames or facts["frames"], ranges, options.tries)
-        progress = Progress(plan)
+        progress = Progress(plan, facts["version"])
         tasks = f"{len(ranges)} ranges of {facts['samples']} samples" if len(ranges) > 1 else "one task each"
         progress.tell(f"{job.scene}: {_count(plan.frames, 'frame')}, {tasks}, into {os.path.dirname(facts['path'])}")
         for line in (*facts["warnings"], *(f"“{path}” is missing" for path in facts["missing"])):
-            progress.tell(f"WARNING {line}")
-        seen: set[str] = set()
-
-        def on_outcome(task, outcome) -> None:
-            progress.outcome(task, outcome)
-            for line in (*outcome.get("warnings", ()), *versions(outcome)):
-                if line not in seen:
-                    seen.add(line)
-                    progress.tell(f"WARNING {line}")
-
-        first = facts["version"]
-
-        def versions(outcome) -> list[str]:
-            found = outcome.get("version", first)
-            same = not found or found == first
-            return [] if same else [f"{outcome['host']} renders with {found}, others with {first}"]
-
-        run.render(plan, on_outcome, progress.show)
+            progress.warn(line)
+        run.render(plan, progress.outcome, progress.show)
     return summary(plan, progress)
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,7 +24,11 @@ _HANDLER = re.compile(r"Error in (bpy\.app\.handlers\.\w+)")
 
 
 def command(blender: str, *arguments: str) -> list[str]:
-    """The command that starts the service: by Blender where a path is given, else by this Python, which has bpy."""
+    """The command that starts the service: by a Blender, or by this Python where none is named and bpy is installed."""
+    if not blender and importlib.util.find_spec("bpy") is None:
+        blender = shutil.which("blender") or ""
+        if not blender:
+            raise OSError("there is none on the path, and no bpy in the worker's Python: say where it is (--blender)")
     if blender:
         return [blender, "--background", "--command", "restir_farm", *arguments]
     return [sys.executable, "-m", "restir_engine.farm.service", *arguments]
@@ -136,3 +142,9 @@ def handler_errors(lines: deque[str]) -> list[str]:
         if match:
             handler, last = match[1], ""
     return found
+
+
+def told(outcome: dict) -> str:
+    """A failure with the last lines that Blender printed."""
+    lines = [line for line in outcome.get("log", []) if line not in outcome["text"]]
+    return "\n    ".join([outcome["text"], *lines])

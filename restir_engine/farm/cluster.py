@@ -32,7 +32,7 @@ from distributed import (
 )
 
 from ..kernels.core import locks
-from .child import Child
+from .child import Child, told
 from .service import HOST
 from .tasks import FINISH, UNFINISHED, Job, Plan, Task
 
@@ -301,9 +301,3 @@ def _outcome(future: Future) -> dict:
     except (Exception, CancelledError) as error:
         text = f"{type(error).__name__}: {error}"
     return {"ok": False, "blame": HOST, "text": text, "host": "the cluster", "worker": "", "log": [], "handlers": []}
-
-
-def told(outcome: dict) -> str:
-    """A failure with the last lines that Blender printed."""
-    lines = [line for line in outcome.get("log", []) if line not in outcome["text"]]
-    return "\n    ".join([outcome["text"], *lines])

@@ -1,5 +1,6 @@
 """A farm's tasks: frames and ranges of samples, their order, what is tried again; the template that describes them."""
 
+import io
 import json
 import subprocess
 import sys
@@ -85,12 +86,30 @@ def test_what_is_left_of_a_failed_frame_is_not_rendered():
 
 def test_progress_counts_what_is_being_rendered():
     plan = Plan([1, 2], sample_ranges(8, 4))
-    shown = progress.Progress(plan)
+    shown = progress.Progress(plan, stream=io.StringIO())
     first = plan.next()
     plan.done(first)
     line = shown.line({Task(SAMPLES, 1, 4, 4): 2}, 2, shown._began + 6.0)
     assert line == "Frames 0/2 | Samples 6/16 | Remaining 0:00:10 | Workers 2"
     assert shown.line({}, 0, 0.0).endswith("Waiting for workers")
+
+
+def test_the_terminal_is_told_once_what_is_worth_a_warning():
+    stream = io.StringIO()
+    shown = progress.Progress(Plan([1, 2], [(0, 4)]), "Blender 5.2.3", stream)
+    outcome = {"ok": True, "there": False, "written": ["a.png"], "host": "h", "seconds": 1.0, "handlers": []}
+    for frame in (1, 2):
+        shown.outcome(Task(FRAME, frame), outcome | {"warnings": ["no lamp"], "version": "Blender 4.5.15"})
+    failed = {"ok": False, "again": False, "text": "no camera", "log": ["Fra: 3"], "host": "h", "handlers": []}
+    shown.outcome(Task(FRAME, 3), failed)
+    assert stream.getvalue().splitlines() == [
+        "Frame 1: a.png (h, 1.0 s)",
+        "WARNING no lamp",
+        "WARNING h renders with Blender 4.5.15, others with Blender 5.2.3",
+        "Frame 2: a.png (h, 1.0 s)",
+        "FAILED frame 3, on h: no camera",
+        "    Fra: 3",
+    ]
 
 
 def test_jobs_are_told_apart_by_what_they_render():
