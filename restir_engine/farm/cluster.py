@@ -41,7 +41,7 @@ TICK = 0.5  # seconds between looks at who is there
 FAILURES = 2  # running, after which a worker gets no more tasks
 ENDING = 10.0  # seconds that workers have to answer when they are told to stop
 STOPPED = {"ok": False, "blame": HOST, "text": "the render was stopped"}
-SLOTS = 1024  # workers of a machine that are counted
+SLOT, SLOTS = "farm-worker-", 1024  # locks that workers hold, by which those of a machine are counted
 
 
 class RendererPlugin(WorkerPlugin):
@@ -58,7 +58,8 @@ class RendererPlugin(WorkerPlugin):
         self.child = Child(self._blender)
         self.run = ""
         self.ended: set[str] = set()  # runs
-        self.slot = next((slot for i in range(SLOTS) if (slot := locks.take(_slot(i)))), None)
+        paths = (locks.folder() / f"{SLOT}{i}" for i in range(SLOTS))
+        self.slot = next((slot for path in paths if (slot := locks.take(path))), None)
         await worker.set_resources(**{RESOURCE: 1})
 
     def teardown(self, worker: Worker) -> None:
@@ -70,18 +71,13 @@ class RendererPlugin(WorkerPlugin):
     @staticmethod
     def threads() -> int:
         """This worker's share of its machine."""
-        return max(1, CPU_COUNT // max(1, sum(map(_is_held, range(SLOTS)))))
+        workers = sum(map(_is_held, locks.folder().glob(f"{SLOT}*")))
+        return max(1, CPU_COUNT // max(1, workers))
 
 
-def _slot(index: int) -> Path:
-    return locks.folder() / f"farm-worker-{index}"
-
-
-def _is_held(index: int) -> bool:
-    """Whether a worker has this slot."""
-    if not _slot(index).exists():
-        return False
-    found = locks.take(_slot(index))
+def _is_held(slot: Path) -> bool:
+    """Whether a worker has a slot."""
+    found = locks.take(slot)
     if found is not None:
         found.close()
     return found is None
@@ -234,26 +230,27 @@ class Run:
             on_progress(samples, len(there))
             with contextlib.suppress(queue.Empty):
                 future, message = self._events.get(timeout=TICK)
-                if future is None:
-                    if message["task"]:
-                        samples[Task(**message["task"])] = message["samples"]
-                elif future in self._pending:
+                if future in self._pending:
                     task, _ = self._pending.pop(future)
                     samples.pop(task, None)
-                    outcome = _outcome(future)
-                    if outcome["ok"]:
-                        self._failures[outcome["worker"]] = 0
-                        plan.done(task)
-                    else:
-                        self._failures[outcome["worker"]] += outcome["blame"] == HOST
-                        outcome["again"] = plan.failed(
-                            task,
-                            f"{task}, on {outcome['host']}: {told(outcome)}",
-                            outcome["blame"] == HOST,
-                            outcome["worker"],
-                        )
-                    on_outcome(task, outcome)
+                    on_outcome(task, self._noted(plan, task, _outcome(future)))
+                elif message and message["task"]:
+                    task = Task(**message["task"])
+                    if any(task == pending for pending, _ in self._pending.values()):
+                        samples[task] = message["samples"]
         on_progress(samples, len(there))
+
+    def _noted(self, plan: Plan, task: Task, outcome: dict) -> dict:
+        """An outcome that the plan has been told of, with `again`: whether the task is tried again."""
+        worker = outcome["worker"]
+        if outcome["ok"]:
+            self._failures[worker] = 0
+            plan.done(task)
+            return outcome
+        elsewhere = outcome["blame"] == HOST
+        self._failures[worker] += elsewhere
+        why = f"{task}, on {outcome['host']}: {told(outcome)}"
+        return outcome | {"again": plan.failed(task, why, elsewhere, worker)}
 
     def _fit(self, there: set[str]) -> set[str]:
         """Those workers that do not fail at whatever they are given; all, where none is left."""
