@@ -80,6 +80,12 @@ def room() -> None:
     kit.put("plane", wall, (-4.0, 2.5, 2.0), (2.0, 1.5, 1.0), rotation=(0, 90, 0))
 
 
+def portal() -> None:
+    """What shows where the room's window is."""
+    thing = kit.light("AREA", 1.0, (-4.0, 0.0, 2.0), (0.0, 0.0, 2.0), shape="RECTANGLE", size=2.0, size_y=4.0)
+    thing.data.cycles.is_portal = True
+
+
 SETUPS: dict[str, list[Callable[[], object]]] = {
     "area": [things, dark, lambda: kit.lamp(300)],
     "suns": [
@@ -97,6 +103,12 @@ SETUPS: dict[str, list[Callable[[], object]]] = {
     ],
     "window, lamp": [
         things, room, lambda: sky(0.1), lambda: kit.light("POINT", 60.0, (1.5, -0.5, 2.5), shadow_soft_size=0.1),
+    ],
+    "portal, hdri": [things, room, portal, lambda: kit.hdri("courtyard", 1.0)],
+    "portal, even world": [things, room, portal, lambda: kit.world(lambda node: node("Background", Strength=2.0))],
+    "portal, sky, lamp": [
+        things, room, portal, lambda: sky(0.1),
+        lambda: kit.light("POINT", 60.0, (1.5, -0.5, 2.5), shadow_soft_size=0.1),
     ],
     "picture": [things, dark, lambda: screen(20.0)],
     "picture, lamp": [things, dark, lambda: screen(20.0), lambda: kit.lamp(100)],

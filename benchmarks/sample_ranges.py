@@ -65,7 +65,7 @@ def in_the_mean(scene, folder: Path, count: int, seeds: int, **own) -> tuple[flo
     for name in one[0]:
         means = [np.array([each[name].mean(dtype=float) for each in runs]) for runs in (one, other)]
         differences = means[1] - means[0]
-        if differences.std() > 1e-6 * abs(means[0].mean()):
+        if differences.std() > 1e-9 * abs(means[0].mean()):
             off[name] = differences.mean() / means[0].mean()
             error[name] = differences.std(ddof=1) / np.sqrt(seeds) / abs(means[0].mean())
             score[name] = abs(off[name]) / error[name]

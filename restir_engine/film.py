@@ -194,15 +194,20 @@ class Film(RecordOwner):
             if item.light and self.exposure > 0.0:
                 sums[..., :3] /= self.exposure
 
-    def add(self, other: Film, before: bool) -> None:
-        """Add the samples of a film of the same passes; before: they precede this one's. Slots of Cryptomatte stay."""
-        for item in self.passes:
-            if item.averaged and not item.slots:
-                self.sums(item.name)[:] += other.sums(item.name)
-            elif not item.averaged and before:
-                self.sums(item.name)[:] = other.sums(item.name)
-        self.samples += other.samples
-        self.counts += other.counts
+    def add(self, other: Film, row: int, before: bool) -> None:
+        """Add the samples of a film of the same passes to the rows from `row` on, and leave slots of Cryptomatte alone.
+
+        before: its samples precede those that are there, so that first samples are its own.
+        """
+        rows, summed = slice(row, row + other.height), int(self._record[0]["summed"])
+        first = other if before else self
+        values = {item.name: first.sums(item.name) for item in self.passes if not item.averaged}
+        values = {name: (array if before else array[rows]).copy() for name, array in values.items()}
+        self.pixels[rows, :, :summed] += other.pixels[:, :, :summed]
+        for name, array in values.items():
+            self.sums(name)[rows] = array
+        self.counts[rows] += other.counts
+        self.samples = max(self.samples, int(self.counts[rows].max()))
 
     def slots(self, kind: str) -> np.ndarray:
         """The slots of a kind of Cryptomatte, a view (height, width, slots, 2) of ids and their weights."""

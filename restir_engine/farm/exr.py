@@ -75,10 +75,13 @@ class MultilayerFile:
         low, high = self._file.parts[0].header["dataWindow"]
         return int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1
 
-    def pixels(self, key: Key, letters: str) -> np.ndarray:
-        """A pass: float32 (height, width, channels), its channels in the order of their letters."""
-        arrays = [self._pixels(key, letter) for letter in letters]
-        return np.stack([array[::-1] for array in arrays], -1).astype(np.float32)
+    def pixels(self, key: Key, letters: str, rows: slice = slice(None)) -> np.ndarray:
+        """Rows of a pass: float32 (height, width, channels), its channels in the order of their letters."""
+        arrays = [self._pixels(key, letter)[::-1][rows] for letter in letters]
+        result = np.empty((*arrays[0].shape, len(arrays)), np.float32)
+        for k, array in enumerate(arrays):
+            result[..., k] = array
+        return result
 
     def put(self, key: Key, letters: str, values: np.ndarray) -> None:
         """Set the pixels of a pass; they are rounded to what the file has."""

@@ -26,23 +26,24 @@ def views_of(file: MultilayerFile) -> list[tuple[str, str]]:
     return list(dict.fromkeys((key.layer, key.view) for key in file.keys))
 
 
-def arrays_of(file: MultilayerFile, layer: str, view: str) -> dict[str, np.ndarray]:
-    """The passes of a view of a layer by our names, as `Film.pass_array` gives them."""
-    return {item.name: file.pixels(key, item.channels) for item, key in passes_in(file, layer, view).items()}
+def arrays_of(file: MultilayerFile, layer: str, view: str, rows: slice = slice(None)) -> dict[str, np.ndarray]:
+    """Rows of the passes of a view of a layer by our names, as `Film.pass_array` gives them."""
+    return {item.name: file.pixels(key, item.channels, rows) for item, key in passes_in(file, layer, view).items()}
 
 
-def empty_film(file: MultilayerFile, layer: str, view: str) -> Film:
-    """A film without samples for a view of a layer; it shows no catchers."""
-    record = file.records[layer]
-    film = Film(*file.size, list(passes_in(file, layer, view)), record.exposure, record.transparent)
+def empty_film(file: MultilayerFile, layer: str, view: str, height: int | None = None) -> Film:
+    """A film without samples for a view of a layer, or for so many rows of it; it shows no catchers."""
+    record, (width, all_rows) = file.records[layer], file.size
+    film = Film(width, height or all_rows, list(passes_in(file, layer, view)), record.exposure, record.transparent)
     film.shows_catchers = False
     film.count_pixels()
     return film
 
 
-def film_of(file: MultilayerFile, layer: str, view: str) -> Film:
-    """The film that a view of a layer was made of."""
-    film, arrays = empty_film(file, layer, view), arrays_of(file, layer, view)
+def film_of(file: MultilayerFile, layer: str, view: str, rows: slice = slice(None)) -> Film:
+    """The film that a view of a layer was made of, or rows of it."""
+    arrays = arrays_of(file, layer, view, rows)
+    film = empty_film(file, layer, view, len(arrays["Combined"]))
     film.load(arrays, counts_of(arrays, file.records[layer], film))
     return film
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import logging
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -33,30 +34,38 @@ from .films import empty_film, film_of, passes_in, put_film, views_of
 from .manifests import united_manifests
 from .record import IN_COMMON, Record, alike, merged
 
+BAND = 1 << 21  # numbers of a film that are added at a time, so that they stay in the processor's cache
+
 
 class Sum:
-    """What the files merged so far add up to in a view of a layer."""
+    """What the files merged so far add up to in a view of a layer; `header` is one of them."""
 
-    def __init__(self, film: Film) -> None:
-        self._film, self._begins = film, math.inf
-        self._slots = {kind: film.slots(kind) for kind in KINDS}
+    def __init__(self, header: MultilayerFile, layer: str, view: str) -> None:
+        self._place = layer, view
+        self._film, self._begins = empty_film(header, layer, view), math.inf
+        height, step = self._film.height, max(1, BAND // self._film.pixels[0].size)
+        self._bands = [slice(row, min(row + step, height)) for row in range(0, height, step)]
+        self._slots = {kind: [self._film.slots(kind)[rows] for rows in self._bands] for kind in KINDS}
 
-    def add(self, film: Film, record: Record) -> None:
-        """Add the film of another file."""
-        for kind, slots in self._slots.items():
-            if slots.size:
-                self._slots[kind] = united(slots, film.slots(kind))  # all ids: which are the heaviest shows at the end
-        begins = record.ranges[0][0] if record.ranges else math.inf
-        self._film.add(film, before=begins < self._begins)
+    def add(self, file: MultilayerFile) -> None:
+        """Add another file."""
+        ranges = file.records[self._place[0]].ranges
+        begins = ranges[0][0] if ranges else math.inf
+        for number, rows in enumerate(self._bands):
+            film = film_of(file, *self._place, rows)
+            for kind, bands in self._slots.items():
+                if bands[number].size:  # all ids: which cover most shows at the end
+                    bands[number] = united(bands[number], film.slots(kind))
+            self._film.add(film, rows.start, before=begins < self._begins)
         self._begins = min(begins, self._begins)
 
     def film(self) -> Film:
         """The film of all samples; where a pixel has more ids than slots, those that cover least are left out."""
-        for kind, slots in self._slots.items():
-            kept = self._film.slots(kind)
-            kept[:] = 0.0
-            count = min(slots.shape[2], kept.shape[2])
-            kept[:, :, :count] = slots[:, :, :count]
+        for kind, bands in self._slots.items():
+            for rows, slots in zip(self._bands, bands, strict=True):
+                kept = self._film.slots(kind)[rows]
+                count = min(slots.shape[2], kept.shape[2])
+                kept[:, :, :count], kept[:, :, count:] = slots[:, :, :count], 0.0
         return self._film
 
 
@@ -75,15 +84,15 @@ def merge(
     headers = [MultilayerFile(path, header_only=True) for path in paths]
     warnings = check(headers)
     steps = len(headers) + 1
-    first = MultilayerFile(headers[0].path)
-    sums = {place: Sum(empty_film(first, *place)) for place in views_of(first)}
+    sums = {place: Sum(headers[0], *place) for place in views_of(headers[0])}
     for number, header in enumerate(headers):
-        file = MultilayerFile(header.path) if number else first
-        for place, total in sums.items():
-            total.add(film_of(file, *place), file.records[place[0]])
+        file = MultilayerFile(header.path)
+        for total in sums.values():
+            total.add(file)
         progress((number + 1) / steps)
-    records = {layer: merged([file.records[layer] for file in headers]) for layer in first.records}
-    fields, dropped = united_manifests([file.fields for file in headers]), set()
+    first = file if len(headers) == 1 else MultilayerFile(headers[0].path)
+    records = {layer: merged([header.records[layer] for header in headers]) for layer in first.records}
+    fields, dropped = united_manifests([header.fields for header in headers]), set()
     for (layer, view), total in sums.items():
         film, record, combined = total.film(), records[layer], None
         if finish:
@@ -187,7 +196,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--finish", action="store_true", help="leave it as one render of all samples does")
     parser.add_argument("--denoise", action="store_true", help="finish it, and denoise it in any case")
     options = parser.parse_args(arguments)
+    logging.getLogger(Warnings.__module__).setLevel(logging.ERROR)  # they are printed below
     _find_denoiser()
+    if options.denoise and denoise.find_library() is None:
+        parser.error("there is no Open Image Denoise here: use `blender --command restir_merge`, or install bpy")
     try:
         warnings = merge(options.parts, options.out, options.finish or options.denoise, "HIGH" * options.denoise)
     except FileError as error:

@@ -174,6 +174,11 @@ def area_lamp(
     return _finish(lamp, irradiance / math.pi, irradiance * (area * min(peak, 100.0) / math.pi), False)
 
 
+def portal(matrix, width: float, height: float, ellipse: bool = False) -> np.ndarray:
+    """A LIGHT (1,) of radiance 1 where the world shines in along -z; width and height in object space."""
+    return area_lamp(matrix, (math.pi,) * 3, width, height, ellipse=ellipse, normalize=False)
+
+
 def sun_lamp(matrix, irradiance, angle: float, *, normalize: bool = True, **common) -> np.ndarray:
     """A LIGHT (1,) from infinity along -z; angle: diameter of its disk. irradiance: at normal incidence (rgb)."""
     lamp = _lamp(LIGHT_SUN, matrix, **common)
@@ -192,9 +197,13 @@ def sun_lamp(matrix, irradiance, angle: float, *, normalize: bool = True, **comm
 
 
 class Lamps:
-    """The lamps of a scene that is put together: LIGHT records."""
+    """The lamps of a scene that is put together: LIGHT records.
+
+    portals: areas where the world shines in, LIGHT (1,) each, by which its light is sampled.
+    """
 
     def __init__(self) -> None:
+        self.portals: list[np.ndarray] = []
         self._lamps = np.zeros(0, LIGHT)
         self._added: list[np.ndarray] = []
 

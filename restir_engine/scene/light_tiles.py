@@ -50,5 +50,6 @@ class LightTiles(RecordOwner):
         record["n_tiles"], record["groups"] = tiles, groups
         record["candidates"] = min(candidates, size)
         record["control_variates"] = control_variates
+        record["apart"] = scene.lights.record["world"] if scene.world.has_portals else 0.0
         record["lamp_cdf"] = address(self._lamps)
         record["code"] = sample_tiles.address

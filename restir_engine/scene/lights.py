@@ -12,7 +12,7 @@ import numpy as np
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from ..kernels.lights.build import build_alias, measure_emission
-from ..kernels.lights.entries import TRIANGLE, WORLD, light_entries
+from ..kernels.lights.entries import TRIANGLE, WITH_PORTALS, WORLD, light_entries
 from .emitter_tree import EmitterTree, Run, is_closed, morton_order, normals_and_areas, run_length, runs
 from .freeze import freeze
 from .lamp_tree import sphere_tree
@@ -110,7 +110,10 @@ class LightTable(RecordOwner):
         self.first_emitters = np.full(len(scene.instances), -1)
         from_lamps = self._commit_lamps(scene, bounds)
         triangles = self._commit_triangles(scene)
-        world = np.pi * scene.world.mean if scene.world.sampled else 0.0
+        world = np.pi * scene.world.mean
+        if scene.world.has_portals:
+            portals = scene.world.portals
+            world = min(world, float((portals["importance"] / self._distances(scene, portals) ** 2).sum()))
         shares = np.array([from_lamps, triangles, world])
         if shares.sum() > 0.0:
             roots = np.sqrt(shares)
@@ -122,7 +125,8 @@ class LightTable(RecordOwner):
         # Light that is not sampled is found by rays, and reservoirs keep it.
         of_surfaces = scene.shaders.materials["flags"][scene.material_slots]
         kinds |= {TRIANGLE} if (of_surfaces & rec.MATERIAL_EMITS).any() else set()
-        kinds |= {WORLD} if scene.world.material >= 0 else set()
+        if scene.world.material >= 0:
+            kinds.add(WITH_PORTALS if scene.world.has_portals else WORLD)
         self._share("entries", light_entries(kinds))
         owners = (self, *(kept for kept in self._kept if not isinstance(kept, np.ndarray)))
         freeze(*(value for owner in owners for value in vars(owner).values()))

@@ -248,9 +248,10 @@ class Scene(RecordOwner):
         )
 
     def _commit_world(self, description: SceneDescription, before: Scene | None) -> WorldTable:
-        record, world = self._record[0], description.world
+        record, world, portals = self._record[0], description.world, description.lights.portals
         record["world_material"], record["world_seen_by"] = world.material, world.seen_by
-        table = before.world if before and before.world.serves(self, world, before) else WorldTable(self, world)
+        keeps = before and before.world.serves(self, world, portals, before)
+        table = before.world if keeps else WorldTable(self, world, portals)
         record["world_table"] = table.address
         return table
 

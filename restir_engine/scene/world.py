@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -24,6 +25,11 @@ _FLOOR = 0.005
 
 # Bounds of the share of the samples that goes to a sun of the sky, when it has one.
 _SUN_SHARE = (0.2, 0.8)
+
+# The share of the samples that goes through portals where any faces the point, beside a map; as wide as a map is that
+# only the mean is asked of.
+_PORTAL_SHARE = 0.5
+_COARSE = 16
 
 
 @dataclass
@@ -49,12 +55,14 @@ class World:
 class WorldTable(RecordOwner):
     """The importance map of a world in a scene that is being committed, whose programs are in place.
 
-    mean: luminance over the sphere, 0 where it is not sampled.
+    portals: LIGHT (1,) each, see `Lamps`. mean: luminance over the sphere, 0 where it is not sampled.
     """
 
-    def __init__(self, scene: Scene, world: World) -> None:
+    def __init__(self, scene: Scene, world: World, portals: Sequence[np.ndarray] = ()) -> None:
         self.material, self.mean = world.material, 0.0
         self._world = replace(world)
+        self.portals = np.concatenate([np.zeros(0, rec.LIGHT), *portals])
+        self._asked = list(map(bytes, portals))
         self._sun_angle = world.sun_angle
         self._record = np.zeros(1, rec.WORLD_TABLE)
         self._marginal = np.zeros(0, np.float32)
@@ -62,16 +70,35 @@ class WorldTable(RecordOwner):
         self._guide = np.zeros(0, np.uint16)
         self._record[0]["max_bounces"] = world.max_bounces
         self._record[0]["no_shadow"] = not world.casts_shadow
-        if world.material >= 0 and world.map_width > 0:
-            self._bake(scene, world.map_width)
+        if world.material >= 0 and (world.map_width > 0 or len(self.portals)):
+            self._bake(scene, world.map_width or _COARSE)
+        if self.sampled and len(self.portals):
+            self._commit_portals(world.map_width > 0)
         self._record.flags.writeable = False
 
-    def serves(self, scene: Scene, world: World, before: Scene) -> bool:
+    def _commit_portals(self, has_map: bool) -> None:
+        """Let directions be drawn through portals, and by the map where there is one."""
+        table = self._record[0]
+        self.portals["importance"] *= self.mean
+        self.portals.flags.writeable = False
+        table["n_portals"], table["portals"] = len(self.portals), address(self.portals)
+        table["portal"] = _PORTAL_SHARE if has_map else 1.0
+        if not has_map:
+            table["map"] = table["sun"] = 0.0
+
+    @property
+    def has_portals(self) -> bool:
+        """Whether directions are drawn through portals."""
+        return self._record[0]["n_portals"] > 0
+
+    def serves(self, scene: Scene, world: World, portals: Sequence[np.ndarray], before: Scene) -> bool:
         """Whether this table of the scene `before` is what `world` would get in another one that is being committed.
 
         Light that depends on who looks keeps the map that it has had.
         """
         if world != self._world or not scene.looks_up_as(before):
+            return False
+        if list(map(bytes, portals)) != self._asked:
             return False
         return world.material < 0 or scene.shaders[world.material] is before.shaders[world.material]
 

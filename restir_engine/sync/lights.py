@@ -6,7 +6,7 @@ import numpy as np
 
 from ..kernels.core import records as rec
 from ..kernels.core.vec import LARGEST_RADIANCE
-from ..scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
+from ..scene.lamps import area_lamp, point_lamp, portal, spot_lamp, sun_lamp
 from .identity import identity
 from .objects import light_group
 
@@ -20,10 +20,13 @@ def sync_light(scene, instance, materials, seen_by: int) -> bool:
     """
     item = instance.object
     light = item.data
-    warn = scene.warnings.add
     settings = getattr(light, "cycles", None)
-    if light.type == "AREA" and getattr(settings, "is_portal", False):
-        warn("Light", light.name, "portals are ignored: the world is sampled by its brightness")
+    matrix = np.array(instance.matrix_world, np.float64)
+    area = _area(light, matrix) if light.type == "AREA" else {}
+    if area is None:
+        return False  # as in Cycles, an area of 0 sends out nothing
+    if area and getattr(settings, "is_portal", False):
+        scene.lights.portals.append(portal(matrix, **area))
         return False
     strength = np.array(light.color, np.float64) * light.energy * 2.0**light.exposure
     if light.use_temperature:
@@ -41,15 +44,10 @@ def sync_light(scene, instance, materials, seen_by: int) -> bool:
         "key": identity(instance),
         "normalize": light.normalize,
     }
-    matrix = np.array(instance.matrix_world, np.float64)
     if light.type == "SUN":
         lamp = sun_lamp(matrix, strength, light.angle, **common)
     elif light.type == "AREA":
-        ellipse, two = _DIAMETERS[light.shape]
-        height = light.size_y if two else light.size
-        if not np.linalg.norm(matrix[:3, :2], axis=0).astype(np.float32).all() or light.size * height == 0.0:
-            return False  # as in Cycles, an area of 0 sends out nothing
-        lamp = area_lamp(matrix, strength, light.size, height, ellipse=ellipse, spread=light.spread, **common)
+        lamp = area_lamp(matrix, strength, spread=light.spread, **area, **common)
     elif light.type == "SPOT":
         lamp = spot_lamp(
             matrix,
@@ -64,6 +62,15 @@ def sync_light(scene, instance, materials, seen_by: int) -> bool:
         lamp = point_lamp(matrix, strength, light.shadow_soft_size, soft=light.use_soft_falloff, **common)
     scene.lights.add(lamp)
     return True
+
+
+def _area(light, matrix: np.ndarray) -> dict | None:
+    """The width, height and shape of an area light; None where it has no area."""
+    ellipse, two = _DIAMETERS[light.shape]
+    height = light.size_y if two else light.size
+    if not np.linalg.norm(matrix[:3, :2], axis=0).astype(np.float32).all() or light.size * height == 0.0:
+        return None
+    return {"width": light.size, "height": height, "ellipse": ellipse}
 
 
 def _with_program(scene, light, materials, strength: np.ndarray) -> tuple[np.ndarray, int]:

@@ -74,6 +74,7 @@ def same_picture(a: SceneDescription, b: SceneDescription) -> bool:
         and a.shaders.same_as(b.shaders)
         and a.images.same_as(b.images)
         and a.lights.lamps.tobytes() == b.lights.lamps.tobytes()
+        and list(map(bytes, a.lights.portals)) == list(map(bytes, b.lights.portals))
         and a.world == b.world
         and a.aovs == b.aovs
         and (a.frame, a.time, a.frames_per_second) == (b.frame, b.time, b.frames_per_second)

@@ -25,8 +25,9 @@ from restir_engine.kernels.lights import (
     note_choice,
     sun_next,
     triangle_pdf,
+    world_pdf,
 )
-from restir_engine.kernels.lights.world import world_pdf, world_radiance
+from restir_engine.kernels.lights.world import world_radiance
 from restir_engine.kernels.lobes.closure import LOBE_TRANSLUCENT
 
 
@@ -77,7 +78,7 @@ def seen_kernel(scene, scratch, x, y, z, up, flags, directions, n, out):
     for i in range(n):
         d = load3_f64(directions, 3 * i)
         r, g, b = world_radiance(scene, scratch, sp, o, d)
-        density = world_pdf(scene, sp, d)
+        density = world_pdf(scene, scratch, sp, o, d)
         t = 0.0
         light, t = lights_intersect(scene, o, d, t, 1e30, flags)
         while light >= 0:

@@ -1,7 +1,7 @@
 """Lamps of every kind and size, and scenes of one kind of light each; all shine on the origin."""
 
 from restir_engine.scene.description import SceneDescription
-from restir_engine.scene.lamps import area_lamp, point_lamp, spot_lamp, sun_lamp
+from restir_engine.scene.lamps import area_lamp, point_lamp, portal, spot_lamp, sun_lamp
 from restir_engine.scene.scene import Scene
 from restir_engine.scene.world import World
 
@@ -11,6 +11,7 @@ WHITE = (1.0, 1.0, 1.0)
 UP = (0.0, 0.0, 1.0)
 DOWN = matrix((0.2, -0.1, 2.0), (0.1, 0.0, 1.0))  # shines along -z of this, towards the origin
 ASIDE = matrix((1.5, 0.5, 1.0), (0.6, 0.3, 1.0))
+PORTALS = (portal(DOWN, 1.0, 2.0), portal(ASIDE, 1.5, 1.5, ellipse=True), portal(matrix((0.0, 0.0, -3.0)), 1.0, 1.0))
 # (name, lamp, points from which it is sampled)
 LAMPS = {
     "point disk": point_lamp(DOWN, WHITE, 0.7),
@@ -56,9 +57,10 @@ def quad() -> Scene:
     return quad_description().commit()
 
 
-def sky() -> Scene:
-    """A world of constant radiance that is sampled by a map."""
+def sky(portals=()) -> Scene:
+    """A world of constant radiance that is sampled by a map, and through portals."""
     scene = SceneDescription()
+    scene.lights.portals += portals
     scene.world = World(material=scene.shaders.add(emission_program((1.0, 2.0, 3.0))), map_width=32)
     return scene.commit()
 
@@ -66,5 +68,6 @@ def sky() -> Scene:
 SCENES = {name: (lambda lamp=lamp: lamp_scene(lamp)) for name, lamp in (LAMPS | DELTAS).items()} | {
     "triangles": quad,
     "world": sky,
+    "portals": lambda: sky(PORTALS),
     "all": lambda: lamp_scene(*LAMPS.values(), *DELTAS.values()),
 }

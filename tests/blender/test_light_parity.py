@@ -109,4 +109,7 @@ def test_light_settings(stage):
     light.update_tag()
     read_lights(scene, 5)
     assert len(scene.lights.lamps) == 1
-    assert len(scene.warnings) == 1
+    (portal,) = scene.lights.portals
+    for name in ("to_world", "p", "center", "radius"):
+        np.testing.assert_array_equal(portal[0][name], lamp[name])
+    assert len(scene.warnings) == 0

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import addon_utils
 import bpy
+import numpy as np
 from mathutils import Quaternion
 
 scripted = runpy.run_path(str(Path(__file__).resolve().parents[2] / "testing" / "blender" / "scripted.py"))
@@ -48,6 +49,16 @@ def at_rest(seconds: float = 120.0):
 
 def look_through_camera(view: bpy.types.Area) -> None:
     view.spaces[0].region_3d.view_perspective = "CAMERA"
+
+
+def module(name: str):
+    """A module of the extension's package restir_engine."""
+    return next(module for key, module in sys.modules.items() if key.endswith(f"restir_engine.{name}"))
+
+
+def unrest(live) -> float:
+    """How much neighbouring pixels of what is shown differ, in the mean."""
+    return float(abs(np.diff(live.shown.pixels[..., :3], axis=1)).mean())
 
 
 def what_views_show(scene: bpy.types.Scene):
@@ -117,6 +128,22 @@ def what_views_show(scene: bpy.types.Scene):
     yield from at_rest()
     note.screenshot("exposure")
     scene.view_settings.exposure = 0.0
+    noisy = unrest(live)
+    scene.restir.use_preview_denoising = True
+    yield from at_rest()
+    note.screenshot("denoised")
+    denoises = module("denoise").find_library() is not None
+    assert not denoises or unrest(live) < 0.7 * noisy, (unrest(live), noisy)
+    note("denoised" if denoises else "not denoised: this Blender has no Open Image Denoise")
+    scene.restir.use_preview_denoising = False
+    plane = bpy.data.objects["Plane"]
+    plane.is_shadow_catcher = render.film_transparent = True
+    yield from at_rest()
+    note.screenshot("shadow_catcher")
+    alpha = live.shown.pixels[..., 3]
+    assert ((alpha > 0.1) & (alpha < 0.9)).mean() > 0.01, "no shadow is caught"
+    assert (alpha < 0.05).mean() > 0.1, "what is in no shadow is not transparent"
+    plane.is_shadow_catcher = render.film_transparent = False
     space.region_3d.view_perspective = "PERSP"
 
 
@@ -203,9 +230,9 @@ def while_it_renders(scene: bpy.types.Scene):
 
 def redraws(scene: bpy.types.Scene):
     """How long the main thread takes to read and to draw while the view is turned and an object moves."""
-    module = sys.modules[next(name for name in sys.modules if name.endswith("restir_engine.viewport"))]
+    viewport = module("viewport").Viewport
     took: dict[str, list[float]] = {"update": [], "draw": []}
-    originals = {name: getattr(module.Viewport, name) for name in took}
+    originals = {name: getattr(viewport, name) for name in took}
 
     def timed(name: str):
         def call(*args) -> None:
@@ -216,14 +243,14 @@ def redraws(scene: bpy.types.Scene):
         return call
 
     for name in took:
-        setattr(module.Viewport, name, timed(name))
+        setattr(viewport, name, timed(name))
     view = areas("VIEW_3D")[0]
     for _ in range(40):
         view.spaces[0].region_3d.view_rotation.rotate(Quaternion((0.0, 0.0, 1.0), 0.03))
         bpy.data.objects["Cube"].location.x += 0.01
         yield 0.05
     for name, times in took.items():
-        setattr(module.Viewport, name, originals[name])
+        setattr(viewport, name, originals[name])
         times.sort()
         note(f"{name}: {len(times)} times, median {1e3 * times[len(times) // 2]:.1f} ms, most {1e3 * times[-1]:.1f} ms")
 

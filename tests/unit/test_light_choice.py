@@ -70,7 +70,7 @@ def brought_kernel(scene, scratch, x, y, z, up, out):
     store3_f64(out, 0, vec(sp.light_shares))
     store_f64(out, 3, triangles_bring(light_table_at(scene.light_table, 0), (x, y, z), (0.0, 0.0, up)))
     if scene.world_table != 0:
-        store_f64(out, 4, world_brings(world_table_at(scene.world_table, 0), (0.0, 0.0, up)))
+        store_f64(out, 4, world_brings(world_table_at(scene.world_table, 0), (0.0, 0.0, 0.0), (0.0, 0.0, up)))
 
 
 def lit_scene(lamp: bool = False):

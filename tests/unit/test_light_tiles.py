@@ -13,21 +13,23 @@ from restir_engine.scene.light_tiles import LightTiles
 from restir_engine.scene.world import World
 from testing.kernels.light_tiles import from_tiles, resample
 from testing.kernels.lights import scratch_memory, seen
-from testing.scenes.lamps import DELTAS, LAMPS, SCENES, WHITE, quad, quad_description
+from testing.scenes.lamps import DELTAS, LAMPS, PORTALS, SCENES, WHITE, quad, quad_description
 from testing.scenes.lights import emission_program, lamp_description, lamp_scene, matrix
 
 PLACE = (0.3, 0.1, 0.2)
 
 
-def mixed():
-    """Triangles, two lamps, a sun and a world."""
+def mixed(portals=()):
+    """Triangles, two lamps, a sun and a world, which shines in through portals as well."""
     scene = quad_description()
+    scene.lights.portals += portals
     scene.lights.lamps = np.concatenate([LAMPS["area disk"], LAMPS["point sphere"], LAMPS["sun"]])
     scene.world = World(material=scene.shaders.add(emission_program((0.1, 0.2, 0.1))), map_width=32)
     return scene.commit()
 
 
-SCENES = SCENES | {"mixed": mixed}
+SCENES = SCENES | {"mixed": mixed, "mixed, portals": lambda: mixed(PORTALS)}
+WITHOUT_PORTALS = {"portals": "world", "mixed, portals": "mixed"}
 
 
 def through(samples, closures=1):
@@ -42,7 +44,8 @@ def through(samples, closures=1):
 @pytest.mark.parametrize("name", SCENES)
 def test_mean_is_that_of_light_samples(name, closures):
     scene = SCENES[name]()
-    direct = through(resample(scene, PLACE, 40_000, closures=closures), closures)
+    reference = SCENES[WITHOUT_PORTALS.get(name, name)]()
+    direct = through(resample(reference, PLACE, 40_000, closures=closures), closures)
     frames = through(from_tiles(scene, PLACE, 400, 50, closures=closures), closures).mean(axis=1)
     error = np.sqrt(direct.var(axis=0) / len(direct) + frames.var(axis=0) / len(frames))
     assert (direct.mean(axis=0) > 0.0).all() or "spread" in name or "narrow" in name
@@ -62,7 +65,7 @@ def test_entries_have_their_density(name):
     assert abs(inverse.mean() - expected) < 4.0 * inverse.std() / 8.0 + 1e-3 * expected
 
 
-@pytest.mark.parametrize("name", [*LAMPS, "world"])
+@pytest.mark.parametrize("name", [*LAMPS, "world", "portals"])
 def test_rays_that_find_light_know_what_mis_weighs_it_by(name):
     scene = SCENES[name]()
     context = FrameContext(scene, tiles=LightTiles(scene, 4, 64, 8))
@@ -76,7 +79,10 @@ def test_rays_that_find_light_know_what_mis_weighs_it_by(name):
     np.testing.assert_allclose(found[hit, 3], samples[hit, 8], rtol=1e-4 if name != "area distant" else 1e-2)
 
 
-@pytest.mark.parametrize("name", ["point disk", "point sphere", "area rectangle", "area disk", "sun", "world"])
+NEAR = ["point disk", "point sphere", "area rectangle", "area disk", "sun", "world", "portals"]
+
+
+@pytest.mark.parametrize("name", NEAR)
 def test_mis_with_rays_adds_up_to_all_light(name):
     """Samples of tiles and rays by the cosine, weighed against each other, from a point near the light."""
     scene, place = SCENES[name](), (0.1, 0.1, 1.2)

@@ -166,6 +166,20 @@ def test_selection_probabilities():
         close((inverse.mean(), inverse.std() / math.sqrt(len(s))), angles, 5e-3)
 
 
+def test_choice_on_a_wall_with_a_flush_lamp():
+    """Points of a wall and the rays that leave it are on either side of its plane, by rounding: they choose alike."""
+    flush = area_lamp(matrix((0.0, 0.0, 2.0)), (50.0, 50.0, 50.0), 1.0, 1.0)  # shines down
+    scene = lamp_scene(flush, point_lamp(matrix((1.0, 0.0, 0.5)), WHITE, 0.2))
+    samples = draw(scene, (2.0, 0.5, 2.0 - 1e-9), 500)
+    samples = samples[samples[:, 8] == 1.0]
+    assert len(samples) > 450
+    for height in (2.0 - 1e-6, 2.0, 2.0 + 1e-9):
+        found = seen(scene, (2.0, 0.5, height), samples[:, 1:4])[:, 3]
+        hit = found > 0.0  # the rim is missed from elsewhere
+        assert hit.mean() > 0.99
+        np.testing.assert_allclose(found[hit], samples[hit, 4], rtol=1e-3)
+
+
 def test_selection_by_the_normal():
     """A surface that only reflects prefers the lamps before it; densities of hits follow."""
     places = [(1.5, 0.0, 2.0), (-1.0, 1.0, 0.5), (0.0, -1.0, -1.5)]

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from restir_engine.kernels.core import records as rec
 from restir_engine.scene.description import SceneDescription
-from restir_engine.scene.lamps import area_lamp, point_lamp
+from restir_engine.scene.lamps import area_lamp, point_lamp, portal
 from restir_engine.scene.lights import LightTable
 from restir_engine.scene.scene import Scene
 from testing.kernels.lights import draw, irradiance, seen, triangle_densities
@@ -21,8 +21,9 @@ QUAD = np.array([(-1, -0.5, 2), (1, -0.5, 2), (1, 0.5, 2), (-1, 0.5, 2)], float)
 TWO = [(0, 1, 2), (0, 2, 3)]
 
 
-def world_scene(width=64, **world) -> Scene:
+def world_scene(width=64, portals=(), **world) -> Scene:
     scene = SceneDescription()
+    scene.lights.portals += portals
     scene.world.material = scene.shaders.add(emission_program((2.0, 2.0, 2.0)))
     scene.world.map_width = width
     for name, value in world.items():
@@ -83,6 +84,38 @@ def test_world_map_chi_squared(sun):
     keep = expected > 20.0
     error = np.maximum(np.abs(observed[keep] - expected[keep]) - 0.02 * expected[keep], 0.0)
     assert (error**2 / expected[keep]).sum() < chi2.ppf(1.0 - 1e-4, keep.sum())
+
+
+PORTALS = [
+    portal(matrix((0.3, 0.0, 1.0)), 2.0, 1.0),
+    portal(matrix((0.0, 0.5, 2.0), (0.1, 0.3, 1.0)), 2.5, 2.5, ellipse=True),  # some see it behind the first
+    portal(matrix((0.0, 0.0, -1.0)), 4.0, 4.0),  # seen from behind
+]
+
+
+@pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (1.5, 1.0, 0.9), (0.0, 0.0, -30.0), (0.0, 0.0, 5.0)])
+@pytest.mark.parametrize("width", [0, 32])
+def test_portals(width, point):
+    """Directions through portals and by the map: their density, and the same light as without portals."""
+    scene = world_scene(width, portals=PORTALS)
+    if width:
+        paint(scene, np.random.default_rng(3).random((16, 32)) ** 8 + 0.01)
+    s = draw(scene, point, 20_000)
+    s = s[s[:, 0] > 0.0]
+    seen_portals = point[2] < 3.0
+    assert len(s) == (20_000 if width or seen_portals else 0)
+    found = seen(scene, point, s[:, 1:4])
+    assert len(s) == 0 or (np.abs(found[:, 3] / s[:, 4] - 1.0) < 1e-6).mean() > 0.999
+    directions = np.random.default_rng(4).normal(size=(20_000, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    density = seen(scene, point, directions)[:, 3] * 4.0 * math.pi
+    if len(s):
+        close((density.mean(), density.std() / math.sqrt(len(density))), 1.0)
+        measure = 1.0 / s[:, 4]
+        drawn = 4.0 * math.pi * np.array((np.mean(density > 0.0), np.std(density > 0.0) / math.sqrt(len(density))))
+        error = math.hypot(drawn[1], measure.std() / math.sqrt(len(s)))
+        assert abs(measure.mean() - drawn[0]) < 4.0 * error + 1e-6
+    assert not width or (density > 0.0).all()
 
 
 def test_world_that_is_not_sampled():

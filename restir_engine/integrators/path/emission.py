@@ -17,10 +17,10 @@ from ...kernels.film.contribute import (
 )
 from ...kernels.film.surface_passes import aov_passes, wants_aovs
 from ...kernels.film.vectors import add_vector
-from ...kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf
+from ...kernels.lights import light_radiance, lights_intersect, sun_next, triangle_pdf, world_pdf
 from ...kernels.lights.emission import shadow_point, world_point
 from ...kernels.lights.linking import EVERYTHING, reaches
-from ...kernels.lights.world import world_pdf, world_radiance
+from ...kernels.lights.world import world_radiance
 from ...kernels.path.state import COUNTED, FAR, hit_weight, next_after
 from ...kernels.volume.calls import through_media
 
@@ -80,7 +80,7 @@ def add_world(scene, integrator, film, scratch, path, sp):
     radiance = world_radiance(scene, scratch, sp, vec(path.o), d)
     if path.background_visible > 0:
         add_world_behind(film, path, radiance)
-    pdf = world_pdf(scene, sp, d) if path.mis_pdf > 0.0 else 0.0
+    pdf = world_pdf(scene, scratch, sp, vec(path.o), d) if path.mis_pdf > 0.0 else 0.0
     _add_found(integrator, film, path, radiance, pdf, kind, IN_WORLD, -1)
 
 

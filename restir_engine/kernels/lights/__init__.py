@@ -13,7 +13,7 @@ A lamp neither blocks nor deflects rays: one that hits a lamp goes on behind it.
 """
 
 from .choice import note_choice
-from .evaluate import light_radiance, lights_intersect, sun_next
+from .evaluate import light_radiance, lights_intersect, sun_next, world_pdf
 from .points import light_point, point_of_lamp, point_of_sample
 from .sample import light_is_sampled, light_sample
 from .triangle import triangle_pdf
@@ -29,4 +29,5 @@ __all__ = [
     "point_of_sample",
     "sun_next",
     "triangle_pdf",
+    "world_pdf",
 ]

@@ -12,14 +12,21 @@ from ..core.records import closure_at, light_table_at, world_table_at
 from ..core.vec import put, vec
 from ..lobes.closure import LOBE_GLASS, LOBE_REFRACTION, LOBE_TRANSLUCENT, is_fibre
 from .emitter_tree import triangles_bring
+from .portals import portals_bring
 from .select import lamps_bring
 
 _FLAT = 0.3  # the part that goes by the root
 
 
 @device
-def world_brings(table, n):
-    """About the irradiance of the world on a surface with normal n; zero: over all directions."""
+def world_brings(table, o, n):
+    """About the irradiance of the world on a surface at o with normal n (zero: over all directions).
+
+    Where portals face o it comes through these alone.
+    """
+    through = portals_bring(table, o) if table.n_portals > 0 else 0.0
+    if through > 0.0:
+        return through
     c = table.irradiance
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return 4.0 * c[0]
@@ -68,5 +75,5 @@ def note_choice(scene, sp):
     o = vec(sp.p)
     lamps = lamps_bring(scene, table, o, n, sp.light_set) if table.lamps > 0.0 else 0.0
     triangles = triangles_bring(table, o, n) if table.triangles > 0.0 else 0.0
-    world = world_brings(world_table_at(scene.world_table, 0), n) if table.world > 0.0 else 0.0
+    world = world_brings(world_table_at(scene.world_table, 0), o, n) if table.world > 0.0 else 0.0
     put(sp.light_shares, share_out(lamps, triangles, world))

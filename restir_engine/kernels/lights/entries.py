@@ -5,6 +5,7 @@ An entry does one of three things, as it is asked, and speaks through the LIGHT_
     SAMPLE  choose a point for the lit point `p` by two random numbers in `uv`
     PLACE   take the point with the coordinates `uv` (see `points`) as `p` sees it
     SEE     (lamps) tell what the ray from `p` along `wi` meets at `distance`
+    DENSITY (the world behind portals) tell with what density `wi` is chosen for `p`
 
 A lamp's leaves the factor on its strength in `radiance[0]` (0: no sample), and the geometry and density by solid angle
 of the point. Triangles and the world take a third random number in `distance`, leave radiance, and a density of 0 for
@@ -21,12 +22,14 @@ from ..core.vec import vec
 from ..core.warp import disk, octahedral_direction
 from .area import place_area, sample_area, see_area
 from .ball import place_ball, see_ball
+from .portals import density_with_portals, draw_with_portals
 from .sun import place_sun, see_sun
 from .triangle import place_triangle, sample_triangle
 from .world import draw_world, place_world
 
-SAMPLE, PLACE, SEE = 0, 1, 2
+SAMPLE, PLACE, SEE, DENSITY = 0, 1, 2, 3
 TRIANGLE, WORLD = 4, 5  # in the table of entries, behind the LIGHT_* kinds
+WITH_PORTALS = 6  # stands in the place of WORLD where there are portals
 
 
 @inlined
@@ -85,7 +88,23 @@ def _world(scene, sp, scratch, task, _c):
     ls.pdf = pdf if place_world(scene, sp, scratch, d, ls) else 0.0
 
 
-_ENTRIES: tuple[Entry, ...] = (_ball, _ball, _area, _sun, _triangle, _world)
+@entry
+def _world_with_portals(scene, sp, scratch, task, _c):
+    scene, sp = scene_at(scene, 0), shading_point_at(sp, 0)
+    ls = light_sample_in(scratch)
+    table = world_table_at(scene.world_table, 0)
+    if task == DENSITY:
+        ls.pdf = density_with_portals(table, vec(ls.p), vec(ls.wi))
+        return
+    u, v = float(ls.uv[0]), float(ls.uv[1])
+    if task == SAMPLE:
+        d, pdf = draw_with_portals(table, vec(sp.p), u, v, float(ls.distance), ls)
+    else:
+        d, pdf = octahedral_direction(u, v), 1.0
+    ls.pdf = pdf if pdf > 0.0 and place_world(scene, sp, scratch, d, ls) else 0.0
+
+
+_ENTRIES: tuple[Entry, ...] = (_ball, _ball, _area, _sun, _triangle, _world, _world_with_portals)
 
 
 def light_entries(kinds: Iterable[int]) -> np.ndarray:
@@ -94,5 +113,5 @@ def light_entries(kinds: Iterable[int]) -> np.ndarray:
     kinds = set(kinds)
     load(_ENTRIES[kind] for kind in kinds)
     for kind in kinds:
-        table[kind] = _ENTRIES[kind].address
+        table[WORLD if kind == WITH_PORTALS else kind] = _ENTRIES[kind].address
     return table

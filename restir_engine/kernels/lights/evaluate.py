@@ -1,4 +1,4 @@
-"""Lamps that a ray finds: which, and what they add."""
+"""Light that a ray finds: which lamps, and what they add; with what density light sampling finds the world's."""
 
 from ..core.jit import device, inlined
 from ..core.memory import call_entry, load_f64, load_i64, record_address
@@ -10,14 +10,16 @@ from ..core.records import (
     light_sample_in,
     light_table_at,
     light_tiles_at,
+    world_table_at,
 )
 from ..core.vec import dot, load3_f64, mul, put, scale, sub, vec
 from .area import area_density, intersect_area
 from .ball import intersect_ball
 from .emission import off_surface, run_emission, shadow_point, visible_to
-from .entries import SEE
+from .entries import DENSITY, SEE, WORLD
 from .select import lamp_probability, lamp_share
 from .sun import in_sun
+from .world import world_density
 
 
 @inlined
@@ -106,3 +108,29 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
         return radiance[0], radiance[1], radiance[2], density * chosen
     chosen = sp.light_shares[0] * lamp_probability(scene, o, vec(sp.receiver), sp.receiver_set, index)
     return radiance[0], radiance[1], radiance[2], ls.pdf * chosen
+
+
+@device
+def world_pdf(scene, scratch, sp, o, d):
+    """light_sample's mis_pdf at o for direction d of the world, 0 where it is never sampled. sp: see `light_radiance`.
+
+    Overwrites the LIGHT_SAMPLE in scratch.
+    """
+    if scene.world_table == 0 or scene.light_table == 0:
+        return 0.0
+    table = light_table_at(scene.light_table, 0)
+    world = world_table_at(scene.world_table, 0)
+    if table.tiles != 0:
+        tiles = light_tiles_at(table.tiles, 0)
+        share = tiles.apart if tiles.apart > 0.0 else table.world * tiles.candidates
+    else:
+        share = float(sp.light_shares[2])
+    if share == 0.0:
+        return 0.0
+    if world.n_portals == 0:
+        return share * world_density(world, d)
+    ls = light_sample_in(scratch)
+    put(ls.p, o)
+    put(ls.wi, d)
+    call_entry(load_i64(table.entries, WORLD), record_address(scene), record_address(sp), scratch, DENSITY, 0)
+    return share * ls.pdf

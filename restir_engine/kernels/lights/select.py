@@ -16,9 +16,14 @@ _OUTSIDE = 0.01
 # The same of a lamp behind the surface: a lobe's normal may differ from the surface's.
 _BEHIND = 0.02
 
+# Heights over an area light, by its radius, below which it counts the less: of a wall that it is flush with, points and
+# the rays that leave them, a rounding apart, must see it with the same probability, or MIS weights add up to another
+# sum than 1.
+_FLUSH = 0.01
+
 
 @inlined
-def _importance(light, o, n):
+def importance(light, o, n):
     """Roughly the irradiance that a lamp sends to o with normal n (zero: any); 0 only where it sends none."""
     if light.kind == LIGHT_SUN:
         if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -39,7 +44,8 @@ def _importance(light, o, n):
         distance = math.sqrt(d2)
         if light.p[12] > 0.0 and math.sqrt(max(d2 - h * h, 0.0)) - r > h * light.p[11]:
             near *= _OUTSIDE
-        near *= min((h + r) / distance, 1.0)
+        above = min(h / (_FLUSH * r), 1.0)
+        near *= min((h + r) / distance, 1.0) * above * above
     elif light.kind == LIGHT_SPOT and d2 > r * r:
         m = light.to_object
         x = m[0] * w[0] + m[1] * w[1] + m[2] * w[2]
@@ -74,7 +80,7 @@ def _weight(scene, table, clusters, i, o, n, light_set):
     if clusters:
         return _cluster_importance(table, i, o, n)
     light = light_at(scene.lights, i)
-    return _importance(light, o, n) if reaches(light.links, light_set) else 0.0
+    return importance(light, o, n) if reaches(light.links, light_set) else 0.0
 
 
 @device

@@ -14,7 +14,7 @@ import math
 
 from ..core import rng
 from ..core.jit import device, entry, inlined, kernel
-from ..core.memory import load_f32, load_f64, load_i32
+from ..core.memory import call_entry, load_f32, load_f64, load_i32, load_i64, record_address
 from ..core.records import (
     LIGHT_AREA,
     LIGHT_DELTA,
@@ -48,6 +48,7 @@ from ..geometry.surface import primitive_material, surface_point
 from .area import normal_of
 from .ball import spot_axis
 from .emission import off_surface, run_emission, shadow_point, world_point
+from .entries import SAMPLE, WORLD
 from .points import light_point
 from .receiver import receiver_of
 from .select import lamp_share
@@ -86,6 +87,7 @@ def fill_tiles(scene: SCENE, scratch, seed, first, last):
     tiles = light_tiles_at(table.tiles, 0)
     sp = point_in(scratch)
     size = tiles.groups * LANES
+    drawn = 1.0 - tiles.apart
     for tile in range(first, last):
         key = rng.key(seed, tile, 0, 0)
         for i in range(size):
@@ -95,7 +97,7 @@ def fill_tiles(scene: SCENE, scratch, seed, first, last):
             e.size = 0.0
             group = tiles.emission + GROUP_BYTES * (tile * tiles.groups + i // LANES)
             lane = i % LANES
-            u = rng.sample1(key, i, 0)
+            u = drawn * rng.sample1(key, i, 0)
             u0, u1 = rng.sample2(key, i, 1)
             if u < table.lamps:
                 _draw_lamp(scene, tiles, sp, scratch, u / table.lamps, u0, u1, e, group, lane)
@@ -103,7 +105,7 @@ def fill_tiles(scene: SCENE, scratch, seed, first, last):
             elif u < table.lamps + table.triangles:
                 _draw_triangle(scene, table, sp, scratch, (u - table.lamps) / table.triangles, u0, u1, e, group, lane)
                 e.pdf *= table.triangles
-            elif table.world > 0.0:
+            elif tiles.apart == 0.0 and table.world > 0.0:
                 u = (u - table.lamps - table.triangles) / table.world
                 _draw_world(scene, sp, scratch, u, u0, u1, e, group, lane)
                 e.pdf *= table.world
@@ -324,9 +326,18 @@ def sample_tiles(scene, sp, scratch, _a, _b):
     scene = scene_at(scene, 0)
     sp = shading_point_at(sp, 0)
     ls = light_sample_in(scratch)
-    chosen, weight, variate = choose_entry(scene, scratch, sp, float(ls.uv[0]), float(ls.uv[1]), ls.distance)
+    table = light_table_at(scene.light_table, 0)
+    tiles = light_tiles_at(table.tiles, 0)
+    u = float(ls.distance)
+    if u < tiles.apart:
+        ls.distance = u / tiles.apart
+        call_entry(load_i64(table.entries, WORLD), record_address(scene), record_address(sp), scratch, SAMPLE, 0)
+        ls.pdf *= tiles.apart
+        ls.mis_pdf, ls.point_pdf = ls.pdf, 1.0
+        return
+    u = (u - tiles.apart) / (1.0 - tiles.apart)
+    chosen, weight, variate = choose_entry(scene, scratch, sp, float(ls.uv[0]), float(ls.uv[1]), u)
     ls.pdf = 0.0
-    tiles = light_tiles_at(light_table_at(scene.light_table, 0).tiles, 0)
     put(ls.control_variate, variate if tiles.control_variates else (0.0, 0.0, 0.0))
     if chosen < 0:
         return

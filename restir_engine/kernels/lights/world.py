@@ -12,8 +12,6 @@ from ..core.records import (
     LIGHT_SAMPLE_NO_SHADOW,
     RAY_EMISSION,
     SCENE,
-    light_table_at,
-    light_tiles_at,
     point_in,
     world_table_at,
 )
@@ -96,13 +94,19 @@ def _sun_pdf(table, d):
 
 @device
 def draw_world(table, u0, u1, u2):
-    """(a direction of the world, its density by solid angle)."""
+    """(a direction of the world by map and sun, its density by solid angle)."""
     if u2 < table.map:
         d, pdf = _sample_map(table, u0, u1)
     else:
         d = cone(vec(table.sun_direction), table.sun_one_minus_cos, u0, u1)
         pdf = _map_pdf(table, d)
     return d, table.map * pdf + _sun_pdf(table, d)
+
+
+@device
+def world_density(table, d):
+    """The density by solid angle with which `draw_world` chooses d; 0 where the world has no map."""
+    return table.map * _map_pdf(table, d) + _sun_pdf(table, d) if table.map > 0.0 else 0.0
 
 
 @inlined
@@ -127,22 +131,6 @@ def place_world(scene, sp, scratch, d, ls):
     ls.uv[0] = 0.0
     ls.uv[1] = 0.0
     return True
-
-
-@device
-def world_pdf(scene, sp, d):
-    """light_sample's density for direction d; 0 where the world is never sampled. sp: see `light_radiance`."""
-    if scene.world_table == 0 or scene.light_table == 0:
-        return 0.0
-    lights = light_table_at(scene.light_table, 0)
-    if lights.tiles != 0:
-        share = lights.world * light_tiles_at(lights.tiles, 0).candidates
-    else:
-        share = float(sp.light_shares[2])
-    if share == 0.0:
-        return 0.0
-    table = world_table_at(scene.world_table, 0)
-    return share * (table.map * _map_pdf(table, d) + _sun_pdf(table, d))
 
 
 @inlined

@@ -143,6 +143,24 @@ def world_gradient():
     kit.world(build)
 
 
+@scene(1, 192, alike=True)
+def portals():
+    """A room whose world comes in by two windows with portals, and by a gap without one."""
+    wall = kit.diffuse((0.6, 0.6, 0.55))
+    kit.floor(wall, 3.0)
+    kit.put("ball", kit.diffuse((0.7, 0.4, 0.3)), (0.2, 0.3, 0.6), 0.6)
+    kit.put("plane", wall, (0.0, 0.0, 3.0), 3.0)
+    kit.put("plane", wall, (0.0, 3.0, 1.5), (3.0, 1.5, 1.0), rotation=(90, 0, 0))
+    kit.put("plane", wall, (0.0, -3.0, 1.5), (3.0, 1.5, 1.0), rotation=(90, 0, 0))
+    for x in (-3.0, 3.0):
+        kit.put("plane", wall, (x, 1.9, 1.5), (1.5, 1.1, 1.0), rotation=(0, 90, 0))
+        kit.put("plane", wall, (x, -1.8, 1.4), (1.4, 1.2, 1.0), rotation=(0, 90, 0))
+        window = kit.light("AREA", 1.0, (x, 0.1, 1.5), (0.0, 0.1, 1.5), shape="RECTANGLE", size=1.4, size_y=3.0)
+        window.data.cycles.is_portal = True
+    kit.camera((0.0, -2.6, 1.6), (0.0, 0.5, 0.8), lens=24.0)
+    kit.hdri("courtyard", 3.0)
+
+
 @scene(1, alike=True)
 def light_nodes():
     subject()

@@ -18,8 +18,15 @@ from ....kernels.core.vec import max3, normalize, vec
 from ....kernels.core.warp import octahedral
 from ....kernels.geometry.intersect import intersect
 from ....kernels.geometry.surface import offset_origin, surface_point
-from ....kernels.lights import light_point, light_radiance, lights_intersect, point_of_lamp, sun_next, triangle_pdf
-from ....kernels.lights.world import world_pdf
+from ....kernels.lights import (
+    light_point,
+    light_radiance,
+    lights_intersect,
+    point_of_lamp,
+    sun_next,
+    triangle_pdf,
+    world_pdf,
+)
 from ....kernels.lobes import bsdf_sample
 from ....kernels.lobes.closure import LABEL_SINGULAR, LABEL_SUBSURFACE, LABEL_TRANSPARENT
 from ....kernels.path.direct import lit_bsdf
@@ -83,7 +90,8 @@ def bsdf_candidate(scene, integrator, reuse, layers, scratch, path, sp, hit, cou
                 _found_lamp(scene, reuse, layers, scratch, sp, count, origin, light, o, d, FAR)
                 light = sun_next(scene, d, light + 1, flags)
             x, y = octahedral(d)
-            _found(scene, reuse, layers, scratch, sp, count, origin, 0, POINT_ON_WORLD, x, y, world_pdf(scene, sp, d))
+            density = world_pdf(scene, scratch, sp, vec(sp.p), d)
+            _found(scene, reuse, layers, scratch, sp, count, origin, 0, POINT_ON_WORLD, x, y, density)
             return
         surface_point(scene, point, instance, primitive, x, y, t, d)
         density = triangle_pdf(scene, point, vec(sp.p))

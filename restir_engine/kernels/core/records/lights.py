@@ -141,6 +141,7 @@ LIGHT_TILES = record(
     "groups",  # of points in a tile
     "candidates",  # for each light sample
     "control_variates",  # 1: light samples have one
+    ("apart", 1),  # probability that a light sample is not of a tile, but of the world, drawn for its receiver
     "lamp_cdf",  # float64 [n_lights + 1], cumulated probabilities among lamps
     "code",  # of kernels.lights.tiles.sample_tiles
 )
@@ -159,5 +160,8 @@ WORLD_TABLE = record(
     ("sun_direction", 3),
     ("sun_one_minus_cos", 1),
     ("irradiance", 9),  # as a polynomial of the normal, see lights.choice.world_brings
+    "n_portals",
+    "portals",  # LIGHT [n_portals], area lamps; see kernels.lights.portals
+    ("portal", 1),  # probability of choosing a portal where any faces the point, the rest is for map and sun
 )
 world_table_at = record_at(WORLD_TABLE)
