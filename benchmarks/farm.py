@@ -1,6 +1,7 @@
 """What a farm costs and survives: CPU time and pictures beside one plain render; workers that die; a full disk.
 
     python -m benchmarks.farm still [--size 1280x720] [--samples 256] [--workers 1 2 4]
+    python -m benchmarks.farm overhead [--rounds 3]
     python -m benchmarks.farm hosts          workers in network namespaces of their own (root)
     python -m benchmarks.farm killed         a worker is killed by -9 in the middle
     python -m benchmarks.farm full           the disk of one worker is full (root)
@@ -148,6 +149,29 @@ def still(options: argparse.Namespace, folder: Path) -> bool:
     return good
 
 
+def overhead(options: argparse.Namespace, folder: Path) -> bool:
+    """What a farm takes beside the samples, in seconds of CPU time: medians of plain renders and farms by turns.
+
+    It does not depend on the number of samples, so that few tell, and a busy machine disturbs least.
+    """
+    file = folder / "still.blend"
+    make(file, options.scene, options.size, 4, 1)
+    rendered_plainly(file)  # kernels are there from now on
+    found: dict[int, list[float]] = {workers: [] for workers in (0, *options.workers)}
+    for _ in range(options.rounds):
+        for workers, seconds in found.items():
+            command = [*FARM, str(file), "--frames", "1", "--workers", str(workers), "--samples-per-task", "1"]
+            seconds.append(measured(command)[1] if workers else rendered_plainly(file)[1])
+            print(f"{workers} workers  CPU {seconds[-1]:6.1f} s", flush=True)
+    plain_seconds = float(np.median(found.pop(0)))
+    for workers, seconds in found.items():
+        more = float(np.median(seconds)) - plain_seconds
+        print(
+            f"{workers} workers: {more:.1f} s more than {plain_seconds:.1f} s; 10 % of a render of {10.0 * more:.0f} s"
+        )
+    return True
+
+
 @contextlib.contextmanager
 def namespaces(count: int) -> Iterator[list[str]]:
     """Hosts of this machine: network namespaces on one bridge, with addresses 10.77.0.1 and so on."""
@@ -282,7 +306,14 @@ def memory(options: argparse.Namespace, folder: Path) -> bool:
     return growth < 0.2
 
 
-COMMANDS = {"still": still, "hosts": on_hosts, "killed": killed, "full": full_disk, "memory": memory}
+COMMANDS = {
+    "still": still,
+    "overhead": overhead,
+    "hosts": on_hosts,
+    "killed": killed,
+    "full": full_disk,
+    "memory": memory,
+}
 PARTS = {"make": save, "plain": plain}
 
 
@@ -295,6 +326,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=200)
     parser.add_argument("--ranges", action="store_true", help="memory: of frames that are made of two ranges each")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4])
+    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--file", type=Path)
     options = parser.parse_args()
     if options.what in PARTS:
