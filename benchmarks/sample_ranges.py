@@ -65,15 +65,16 @@ def in_the_mean(scene, folder: Path, count: int, seeds: int, **own) -> tuple[flo
     for name in one[0]:
         means = [np.array([each[name].mean(dtype=float) for each in runs]) for runs in (one, other)]
         differences = means[1] - means[0]
-        if differences.std() > 1e-9 * abs(means[0].mean()):
+        if abs(differences.mean()) > 1e-6 * abs(means[0].mean()):  # else it is rounding
             off[name] = differences.mean() / means[0].mean()
             error[name] = differences.std(ddof=1) / np.sqrt(seeds) / abs(means[0].mean())
             score[name] = abs(off[name]) / error[name]
     samples = 1.0 + off.pop(SAMPLE_COUNT, 0.0)
-    worst = max(off, key=score.get)
+    worst = max(off, key=score.get, default="")
     noise = [np.var([each["Combined"] for each in runs], axis=0, ddof=1).mean() for runs in (one, other)]
-    told = f"{score[worst]:.1f} ({worst})"
-    return 100.0 * off["Combined"], 100.0 * error["Combined"], told, noise[1] / noise[0], samples
+    told = f"{score[worst]:.1f} ({worst})" if worst else "none"
+    combined = (100.0 * values.get("Combined", 0.0) for values in (off, error))
+    return *combined, told, noise[1] / noise[0], samples
 
 
 def main() -> None:

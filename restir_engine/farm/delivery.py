@@ -52,7 +52,7 @@ class LayerFromFile:
         if layer not in self._file.records:
             raise SceneError(f"“{path}” has no samples of the view layer “{layer}”: render it again with that.")
         self._layer, self._settings = layer, settings
-        self._region = self._region_in_file(render)
+        self._require_size(render)
         views = [view for of, view in views_of(self._file) if of == layer]
         missing = {view.name for view in render.views if view.use} - set(views) if render.use_multiview else ()
         if missing:
@@ -85,7 +85,7 @@ class LayerFromFile:
                 aovs=tuple(aov for aov in wanted.aovs if aov.name in arrays),
                 light_groups=tuple(name for name in wanted.light_groups if f"Combined_{name}" in arrays),
             )
-            yield view, Delivered({name: self._cropped(array) for name, array in arrays.items()}, there)
+            yield view, Delivered(arrays, there)
 
     def _finished(self, view: str) -> dict[str, np.ndarray]:
         if self._record.finished:
@@ -99,20 +99,10 @@ class LayerFromFile:
         for entry in entries:
             self.warnings.add(*entry)
 
-    def _region_in_file(self, render) -> tuple[int, int, int, int] | None:
-        """What is delivered of the file's pixels: x, y, width, height from the lower left corner; None: all."""
+    def _require_size(self, render) -> None:
         frame = frame_size(render)
         region = border(render, *frame)
-        if region and self._file.size == frame:
-            return region
         wanted = region[2:] if region else frame
         if self._file.size != wanted:
             sizes = " × ".join(map(str, self._file.size)), " × ".join(map(str, wanted))
             raise SceneError(f"“{self._file.path}” has {sizes[0]} pixels, the picture {sizes[1]}.")
-        return None
-
-    def _cropped(self, array: np.ndarray) -> np.ndarray:
-        if self._region is None:
-            return array
-        x, y, width, height = self._region
-        return np.ascontiguousarray(array[y : y + height, x : x + width])

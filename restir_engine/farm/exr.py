@@ -26,7 +26,8 @@ class Key(NamedTuple):
 
 
 class MultilayerFile:
-    """A file in memory. Pixels are given and taken from bottom to top, as Blender has them.
+    """A file in memory. Pixels are given and taken from bottom to top, as Blender has them, and of the rendered region
+    alone, where the file has more.
 
     records: of the view layers that this engine has rendered. `keys` are those of their passes; `others` the names of
     all other channels, which are left out when the file is written.
@@ -71,13 +72,20 @@ class MultilayerFile:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels."""
+        """Width and height of what was rendered, in pixels."""
+        return self._window[2:]
+
+    @property
+    def _window(self) -> tuple[int, int, int, int]:
+        """The rendered region in the file: x, y, width, height from the lower left corner."""
         low, high = self._file.parts[0].header["dataWindow"]
-        return int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1
+        size = int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1
+        region = next((record.region for record in self.records.values()), ())
+        return region if region and region[2:] != size else (0, 0, *size)
 
     def pixels(self, key: Key, letters: str, rows: slice = slice(None)) -> np.ndarray:
         """Rows of a pass: float32 (height, width, channels), its channels in the order of their letters."""
-        arrays = [self._pixels(key, letter)[::-1][rows] for letter in letters]
+        arrays = [self._pixels(key, letter)[rows] for letter in letters]
         result = np.empty((*arrays[0].shape, len(arrays)), np.float32)
         for k, array in enumerate(arrays):
             result[..., k] = array
@@ -86,12 +94,13 @@ class MultilayerFile:
     def put(self, key: Key, letters: str, values: np.ndarray) -> None:
         """Set the pixels of a pass; they are rounded to what the file has."""
         for k, letter in enumerate(letters):
-            self._pixels(key, letter)[:] = values[::-1, :, k]
+            self._pixels(key, letter)[:] = values[:, :, k]
 
     def _pixels(self, key: Key, letter: str) -> np.ndarray:
         channels = self._channels[key]
         number, name = channels.get(letter) or channels[letter.swapcase()]
-        return self._file.parts[number].channels[name].pixels
+        x, y, width, height = self._window
+        return self._file.parts[number].channels[name].pixels[::-1][y : y + height, x : x + width]
 
     def write(self, path: str | Path, fields: dict[str, str], without: set[Key] = frozenset()) -> None:
         """Write the passes, but for some, with text fields of the first part replaced; all of the file or nothing.

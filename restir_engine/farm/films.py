@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..film import Film
-from ..settings import PASSES, SAMPLE_COUNT, Pass, aov_passes, light_group_passes
+from ..settings import PASSES, SAMPLE_COUNT, SHADOW_CATCHER, Pass, aov_passes, light_group_passes
 from .exr import Key, MultilayerFile
 from .record import Record, aovs_of
 
@@ -56,7 +56,15 @@ def counts_of(arrays: dict[str, np.ndarray], record: Record, film: Film) -> np.n
 
 
 def put_film(film: Film, file: MultilayerFile, layer: str, view: str, combined: np.ndarray | None = None) -> None:
-    """Set the passes of a view of a layer to those of a film; combined: in place of its own, if it was denoised."""
+    """Set the passes of a view of a layer to those of a film; combined: in place of its own, if it was denoised.
+
+    A pass stays as it is where it is divided by nothing: Blender has values of its own for what an engine leaves out.
+    """
     for item, key in passes_in(file, layer, view).items():
         own = combined is not None and item.name == "Combined"
-        file.put(key, item.channels, combined if own else film.pass_array(item.name))
+        values = combined if own else film.pass_array(item.name)
+        if item.divide and item.name != SHADOW_CATCHER:
+            values = np.where(
+                film.sums(item.divide)[..., : values.shape[2]] == 0.0, file.pixels(key, item.channels), values
+            )
+        file.put(key, item.channels, values)

@@ -85,12 +85,13 @@ def merge(
     warnings = check(headers)
     steps = len(headers) + 1
     sums = {place: Sum(headers[0], *place) for place in views_of(headers[0])}
-    for number, header in enumerate(headers):
-        file = MultilayerFile(header.path)
+    first = headers[0]
+    for number, header in enumerate(reversed(headers)):
+        del first  # before the next is read: they are large
+        first = MultilayerFile(header.path)  # and the last to be read: it takes what is written
         for total in sums.values():
-            total.add(file)
+            total.add(first)
         progress((number + 1) / steps)
-    first = file if len(headers) == 1 else MultilayerFile(headers[0].path)
     records = {layer: merged([header.records[layer] for header in headers]) for layer in first.records}
     fields, dropped = united_manifests([header.fields for header in headers]), set()
     for (layer, view), total in sums.items():

@@ -32,6 +32,7 @@ class Record:
     seed: int
     settings: str  # a digest of those that the picture depends on
     camera: tuple[float, ...]
+    region: tuple[int, ...]  # of the frame that was rendered: x, y, width, height from the lower left; (): all of it
     passes: tuple[str, ...]  # those asked for; what is carried along for merging is not among them
     aovs: tuple[tuple[str, int], ...]
     light_groups: tuple[str, ...]
@@ -63,6 +64,7 @@ IN_COMMON = {
     "of": "numbers of samples",
     "seed": "seeds",
     "camera": "cameras",
+    "region": "render regions",
     "settings": "render settings",
     "passes": "passes",
     "aovs": "AOVs",
@@ -94,6 +96,7 @@ def record_of(session: Session, scene: str, frame: int, passes: frozenset[str], 
         seed=settings.seed,
         settings=_digest(settings),
         camera=_pose(session.camera),
+        region=session.camera.region or (),
         passes=tuple(sorted(passes)),
         aovs=tuple(tuple(aov) for aov in settings.aovs),
         light_groups=settings.light_groups,
