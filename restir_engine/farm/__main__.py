@@ -42,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--tries", type=int, default=3, help="of a task that a machine is to blame for (default: 3)")
     found.add_argument("--scheduler", default="", metavar="ADDRESS", help="of a Dask cluster (default: one made here)")
     found.add_argument("--workers", type=int, default=1, help="of the cluster made here (default: 1)")
-    found.add_argument("--dashboard", default=":8787", metavar="ADDRESS", help="of the cluster made here")
+    found.add_argument("--dashboard", default="127.0.0.1:8787", metavar="ADDRESS", help="of the cluster made here")
     found.add_argument("--template", type=Path, metavar="FILE", help="write an Open Job Description, and end")
     return found
 
