@@ -4,6 +4,7 @@
     python -m benchmarks.farm overhead [--rounds 3]
     python -m benchmarks.farm hosts          workers in network namespaces of their own (root)
     python -m benchmarks.farm killed         a worker is killed by -9 in the middle
+    python -m benchmarks.farm lost           the network loses a host in the middle (root)
     python -m benchmarks.farm full           the disk of one worker is full (root)
     python -m benchmarks.farm memory [--frames 200] [--ranges]
 
@@ -259,6 +260,25 @@ def killed(options: argparse.Namespace, folder: Path) -> bool:
     return process.returncode == 0 and close(found, reference)
 
 
+def lost(options: argparse.Namespace, folder: Path) -> bool:
+    """A still in ranges on two hosts, one of which the network loses in the middle."""
+    file = folder / "still.blend"
+    make(file, options.scene, options.size, options.samples, 1)
+    reference = rendered_plainly(file)[2]
+    with hosts(2) as (here, address):
+        time.sleep(5.0)  # both are there
+        command = [*here, *FARM, str(file), "--frames", "1", "--scheduler", address]
+        command += ["--samples-per-task", str(options.samples // 8)]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        while not list(folder.glob("out/.restir-farm-*/frame_0001/*.exr")) and process.poll() is None:
+            time.sleep(0.2)
+        subprocess.run(["ip", "-n", "restir2", "link", "set", "eth0", "down"], check=True)
+        print(process.communicate()[0])
+    found = picture(folder / "out" / "frame_0001.exr")
+    print(f"a host lost: exit code {process.returncode}, {difference(found, reference)}")
+    return process.returncode == 0 and close(found, reference)
+
+
 def _children(parent: int, text: str) -> list[int]:
     """Processes of a parent whose command line has a text."""
     found = subprocess.run(["pgrep", "-P", str(parent), "-f", text], capture_output=True, text=True).stdout
@@ -311,6 +331,7 @@ COMMANDS = {
     "overhead": overhead,
     "hosts": on_hosts,
     "killed": killed,
+    "lost": lost,
     "full": full_disk,
     "memory": memory,
 }
