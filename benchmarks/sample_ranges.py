@@ -25,6 +25,7 @@ from testing.blender import ranges
 KINDS = {
     "PATH, noise threshold": {"integrator": "PATH", "use_adaptive_sampling": True, "adaptive_threshold": 0.1},
     "RESTIR": {"integrator": "RESTIR"},
+    "RESTIR, reuse in time": {"integrator": "RESTIR"},
     "RESTIR, noise threshold": {"integrator": "RESTIR", "use_adaptive_sampling": True, "adaptive_threshold": 0.1},
 }
 
@@ -84,6 +85,7 @@ def main() -> None:
     parser.add_argument("--size", type=int, default=64, help="pixels across")
     parser.add_argument("--samples", type=int, default=128)
     parser.add_argument("--means", action="store_true", help="leave out the table of passes")
+    parser.add_argument("--only", default="", help="of the table of means, the rows with this in their names")
     args = parser.parse_args()
     logging.disable(logging.WARNING)
     scene = ranges.build(args.size, args.samples)
@@ -96,6 +98,9 @@ def main() -> None:
         layer = scene.view_layers[0]
         layer.lightgroups.remove(layer.lightgroups[0])  # with which RESTIR has no control variates
         for kind, own in KINDS.items():
+            if args.only not in kind:
+                continue
+            scene.restir.reuse.temporal = "reuse" in kind
             off, error, told, noise, more = in_the_mean(scene, Path(folder), args.ranges, args.seeds, **own)
             print(f"| {kind} | {off:+.3f} | {error:.3f} | {told} | {noise:.2f} | {more:.2f} |", flush=True)
 
