@@ -114,6 +114,19 @@ def test_what_fails_is_named_and_the_rest_is_rendered(tmp_path, child):
     assert "none.png" in rendered(child, unseen, FRAME, 1)["text"]
 
 
+def test_a_cycles_file_has_the_samples_that_were_set_there(tmp_path, child):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    path = farm.save(tmp_path / "shot.blend")
+    scene = bpy.context.scene
+    scene.render.engine, scene.cycles.samples, scene.restir.is_initialized = "CYCLES", 7, False
+    scene.restir.property_unset("samples")
+    bpy.ops.wm.save_mainfile()
+    facts = child.ask({"do": "facts", "job": Job(str(path)).fields()})
+    assert (facts["engine"], facts["samples"]) == ("RESTIR", 7)
+    facts = child.ask({"do": "facts", "job": Job(str(path), engine="CYCLES", samples_per_task=4).fields()})
+    assert facts["blame"] == "SCENE" and "ReSTIR's" in facts["text"]
+
+
 def test_a_blender_that_dies_is_started_again(file, child):
     job = prepared(child, Job(str(file), output=str(file.parent / "again" / "frame_")))
     request = {"do": "task", "job": job.fields(), "task": Task(FRAME, 1).fields()}
