@@ -152,6 +152,8 @@ def test_a_lock_is_held_by_one_process_and_gone_with_it(tmp_path):
     )
     assert process.stdout.readline() == "True\n"
     assert locks.take(path) is None
+    with locks.held(path, patience=0.0):  # nobody waits for ever
+        pass
     process.kill()
     process.wait()
     with locks.held(path):

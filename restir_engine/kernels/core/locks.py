@@ -6,36 +6,35 @@ import contextlib
 import os
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+POLL = 0.1  # seconds between tries
+PATIENCE = 600.0  # seconds after which who holds a lock is taken for stopped
+
 if sys.platform == "win32":
     import msvcrt
 
-    def _take(file: BinaryIO, wait: bool) -> None:
-        while True:
-            try:
-                return msvcrt.locking(file.fileno(), msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
-            except OSError:  # LK_LOCK gives up after ten seconds
-                if not wait:
-                    raise
+    def _lock(file: BinaryIO) -> None:
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
 
 else:
     import fcntl
 
-    def _take(file: BinaryIO, wait: bool) -> None:
-        fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    def _lock(file: BinaryIO) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def take(path: Path, wait: bool = False) -> BinaryIO | None:
+def take(path: Path) -> BinaryIO | None:
     """The open file that holds a lock until it is closed; None where another process has it, or there is no place."""
     try:
         file = path.open("ab")
     except OSError:
         return None
     try:
-        _take(file, wait)
+        _lock(file)
     except OSError:
         file.close()
         return None
@@ -43,9 +42,11 @@ def take(path: Path, wait: bool = False) -> BinaryIO | None:
 
 
 @contextlib.contextmanager
-def held(path: Path) -> Iterator[None]:
-    """Hold a lock, once no other process does; where there is no place for one, go on without."""
-    file = take(path, wait=True)
+def held(path: Path, patience: float = PATIENCE) -> Iterator[None]:
+    """Hold a lock, once no other process does; without, where there is no place for one or patience (s) ends."""
+    end = time.monotonic() + patience
+    while (file := take(path)) is None and path.exists() and time.monotonic() < end:
+        time.sleep(POLL)
     try:
         yield
     finally:
