@@ -45,7 +45,7 @@ def take(path: Path) -> BinaryIO | None:
 def held(path: Path, patience: float = PATIENCE) -> Iterator[None]:
     """Hold a lock, once no other process does; without, where there is no place for one or patience (s) ends."""
     end = time.monotonic() + patience
-    while (file := take(path)) is None and path.exists() and time.monotonic() < end:
+    while (file := take(path)) is None and os.access(path, os.W_OK) and time.monotonic() < end:
         time.sleep(POLL)
     try:
         yield
