@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import cycles_settings, maintenance, medium_presets, merge_ranges
+from . import commands, cycles_settings, maintenance, medium_presets, merge_ranges
 
 CLASSES = (
     cycles_settings.RESTIR_OT_settings_from_cycles,
@@ -14,17 +14,17 @@ CLASSES = (
 
 
 def register() -> None:
-    """Add the operators, the handlers that run the first of them by itself, and the command that runs another."""
+    """Add the operators, the handlers that run the first of them by itself, and the commands."""
     for cls in CLASSES:
         if not cls.is_registered:
             bpy.utils.register_class(cls)
     cycles_settings.watch()
-    merge_ranges.offer_command()
+    commands.register()
 
 
 def unregister() -> None:
     """Take them away."""
-    merge_ranges.withdraw_command()
+    commands.unregister()
     cycles_settings.unwatch()
     for cls in reversed(CLASSES):
         if cls.is_registered:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 from bpy.app.handlers import persistent
+from bpy.props import BoolProperty
 
 from ..restir_engine import warning_log
 from ..restir_engine.engine import RestirEngine
@@ -74,12 +75,19 @@ class RESTIR_OT_settings_from_cycles(bpy.types.Operator):
     bl_label = "Settings from Cycles"
     bl_options = {"REGISTER", "UNDO"}
 
+    keep_changed: BoolProperty(
+        name="Keep Changed",
+        description="Leave settings that have been set here as they are",
+        default=False,
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return hasattr(context.scene, "cycles")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        lines = copy_settings(context.scene, keep_changed=False)
+        lines = copy_settings(context.scene, self.keep_changed)
         warning_log.add(context.scene.name, lines)
         for line in lines:
             self.report({"WARNING"}, line)

@@ -67,20 +67,3 @@ def merge_command(arguments: list[str]) -> int:
     from ..restir_engine.farm.merge import main
 
     return main(arguments)
-
-
-class _Registered:
-    command = None  # what Blender knows `restir_merge` by
-
-
-def offer_command() -> None:
-    """Let Blender know the command."""
-    if _Registered.command is None:
-        _Registered.command = bpy.utils.register_cli_command("restir_merge", merge_command)
-
-
-def withdraw_command() -> None:
-    """Let it forget the command."""
-    if _Registered.command is not None:
-        bpy.utils.unregister_cli_command(_Registered.command)
-        _Registered.command = None

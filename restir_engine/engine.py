@@ -304,6 +304,14 @@ def give_up(scene: bpy.types.Scene | None = None, *_) -> None:
         RestirEngine.kept = None
 
 
+def keep_between_renders() -> None:
+    """Let what renders have left stay until another file is opened, as within an animation."""
+    for name in ("render_complete", "render_cancel"):
+        handlers = getattr(bpy.app.handlers, name)
+        if give_up in handlers:
+            handlers.remove(give_up)
+
+
 @bpy.app.handlers.persistent
 def note_past(*_) -> None:
     """The file is another one, or as it was."""
@@ -335,6 +343,7 @@ def unregister() -> None:
     if RestirEngine.is_registered:
         bpy.utils.unregister_class(RestirEngine)
         for name, handler in HANDLERS.items():
-            getattr(bpy.app.handlers, name).remove(handler)
+            if handler in getattr(bpy.app.handlers, name):
+                getattr(bpy.app.handlers, name).remove(handler)
         give_up()
     properties.unregister()

@@ -1,1 +1,1 @@
-"""A picture by many machines: ranges of its samples, and the merging of what they are rendered to."""
+"""A render farm: frames and ranges of samples, rendered on any number of machines, and what is made of them."""

@@ -34,6 +34,9 @@ images 'out_0001.png'
 $blender -b $out/scene.blend -E RESTIR -o //anim_ -s 1 -e 3 -a
 images 'anim_000?.png'
 
+step "Commands of a farm"
+for command in restir_farm restir_merge; do $blender --background --command $command --help | head -1; done
+
 step "Disable, enable, open another file, register twice"
 $blender -b --python-exit-code 1 --python tests/desktop/reenable.py -- $out/scene.blend
 

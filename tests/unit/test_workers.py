@@ -2,10 +2,11 @@
 
 import subprocess
 import sys
+import tempfile
 
 import pytest
 
-from restir_engine.kernels.core import cache, digest, jit, workers
+from restir_engine.kernels.core import cache, digest, jit, locks, worker, workers
 from restir_engine.kernels.shading import math_ops
 
 NAME = "kernels.core.digest:murmur3"
@@ -27,6 +28,21 @@ def test_kernels_and_entries_are_found_by_name():
     assert NAME in names and "integrators.path.tile:render_tile" in names
     assert all(jit.is_unit(jit.named(name)) for name in names)
     assert "kernels.core.memory:copy_words" not in names  # kernels contain it
+
+
+def test_what_another_process_compiles_is_waited_for(empty, monkeypatch, tmp_path):
+    """And is not compiled again: the file stays as that process has left it."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    key = worker._key(digest.murmur3)
+    pool = workers.Workers(1)
+    with locks.held(locks.folder() / f"kernel-{key[:2]}"):
+        [future] = pool.submit([NAME], urgent=True)
+        with pytest.raises(TimeoutError):
+            future.result(timeout=3.0)
+        empty.write(key, b"compiled elsewhere")
+    assert future.result(timeout=20.0)
+    assert empty.read(key) == b"compiled elsewhere"
 
 
 def test_a_worker_leaves_in_the_cache_what_it_is_asked_for(empty):

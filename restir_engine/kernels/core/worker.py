@@ -13,22 +13,32 @@ from pathlib import Path
 
 from numba.core.registry import cpu_target
 
-from . import cache, jit, workers
+from . import cache, jit, locks, workers
 from .compiled import keys
 
 log = logging.getLogger(__name__)
 
 
 def compile_named(name: str) -> bool:
-    """Compile a kernel by name where it is not kept yet; whether that went well."""
+    """Compile a kernel by name where it is not kept yet; whether that went well.
+
+    Several renders of a machine may ask for the same at once: one compiles it, the others wait for that.
+    """
     try:
         unit = jit.named(name)
         if not jit.is_kept(unit):
-            jit.compile_here(unit)
+            with locks.held(locks.folder() / f"kernel-{_key(unit)[:2]}"):
+                if not jit.is_kept(unit):
+                    jit.compile_here(unit)
     except Exception:
         log.exception("%s could not be compiled", name)
         return False
     return True
+
+
+def _key(unit) -> str:
+    """The name of the file that a kernel is kept in."""
+    return keys(*jit.declaration(unit), cpu_target.target_context.codegen())[0]
 
 
 def compile_everything(processes: int, first: str = "") -> bool:
@@ -42,7 +52,7 @@ def compile_everything(processes: int, first: str = "") -> bool:
     pool = workers.Workers(processes)
     pool.wait(pool.submit(missing, urgent=True))
     for name in names:
-        print(keys(*jit.declaration(jit.named(name)), cpu_target.target_context.codegen())[0])
+        print(_key(jit.named(name)))
     return all(jit.is_kept(jit.named(name)) for name in names)
 
 

@@ -1,0 +1,176 @@
+"""A farm's tasks: frames and ranges of samples, their order, what is tried again; the template that describes them."""
+
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from restir_engine.farm import child, progress, template
+from restir_engine.farm.tasks import (
+    FINISH,
+    FRAME,
+    SAMPLES,
+    Job,
+    Plan,
+    Task,
+    parse_frames,
+    sample_ranges,
+)
+from restir_engine.kernels.core import locks
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        ("7", [7]),
+        ("1-3,20", [1, 2, 3, 20]),
+        ("1..3, 2-5", [1, 2, 3, 4, 5]),
+        ("10-20:5", [10, 15, 20]),
+        ("-2-1,-5", [-2, -1, 0, 1, -5]),
+    ],
+)
+def test_frames_are_read(text, frames):
+    assert parse_frames(text) == frames
+    assert parse_frames(template.spans(frames)) == sorted(frames)
+
+
+@pytest.mark.parametrize("text", ["", "a", "1-", "5-1", "1-5:0", "1,,2"])
+def test_what_is_no_frame_is_named(text):
+    with pytest.raises(ValueError, match=r"frame|lead nowhere"):
+        parse_frames(text)
+
+
+def test_ranges_hold_each_sample_once():
+    for samples, per_task in ((256, 64), (100, 64), (5, 8), (7, 0), (1, 1)):
+        ranges = sample_ranges(samples, per_task)
+        assert [s for first, count in ranges for s in range(first, first + count)] == list(range(samples))
+        assert all(count <= per_task or not per_task for _, count in ranges)
+
+
+def test_a_frame_is_finished_as_soon_as_its_ranges_are_there():
+    plan = Plan([1, 2], sample_ranges(8, 4))
+    tasks = [plan.next() for _ in range(3)]
+    assert tasks == [Task(SAMPLES, 1, 0, 4), Task(SAMPLES, 1, 4, 4), Task(SAMPLES, 2, 0, 4)]
+    for task in reversed(tasks[:2]):
+        plan.done(task)
+    finish = plan.next()
+    assert finish == Task(FINISH, 1) and plan.next() == Task(SAMPLES, 2, 4, 4) and plan.next() is None
+    assert plan.written == [] and plan.done_samples == 8
+    plan.done(finish)
+    assert plan.written == [1] and not plan.ended
+
+
+def test_a_machines_fault_is_tried_elsewhere_and_a_scenes_is_not():
+    plan = Plan([1, 2, 3], [(0, 4)], tries=3)
+    one, two, three = (plan.next() for _ in range(3))
+    assert one.kind == FRAME
+    assert not plan.failed(two, "no camera", elsewhere=False)
+    for worker, again in (("a", True), ("b", True), ("c", False)):
+        assert plan.failed(one, "disk full", elsewhere=True, worker=worker) == again
+        assert plan.next() == (one if again else None)
+    assert plan.avoid[one] == {"a", "b"}
+    plan.done(three)
+    assert plan.ended and plan.written == [3] and plan.failures == {2: "no camera", 1: "disk full"}
+    assert plan.done_samples == plan.total_samples == 12
+
+
+def test_what_is_left_of_a_failed_frame_is_not_rendered():
+    plan = Plan([1, 2], sample_ranges(8, 4))
+    plan.failed(plan.next(), "no camera", elsewhere=False)
+    assert plan.next() == Task(SAMPLES, 2, 0, 4)
+    assert not plan.failed(Task(SAMPLES, 1, 4, 4), "disk full", elsewhere=True)
+
+
+def test_progress_counts_what_is_being_rendered():
+    plan = Plan([1, 2], sample_ranges(8, 4))
+    shown = progress.Progress(plan, stream=io.StringIO())
+    first = plan.next()
+    plan.done(first)
+    line = shown.line({Task(SAMPLES, 1, 4, 4): 2}, 2, shown._began + 6.0)
+    assert line == "Frames 0/2 | Samples 6/16 | Remaining 0:00:10 | Workers 2"
+    assert shown.line({}, 0, 0.0).endswith("Waiting for workers")
+
+
+def test_the_terminal_is_told_once_what_is_worth_a_warning():
+    stream = io.StringIO()
+    shown = progress.Progress(Plan([1, 2], [(0, 4)]), "Blender 5.2.3", stream)
+    outcome = {"ok": True, "there": False, "written": ["a.png"], "host": "h", "seconds": 1.0, "handlers": []}
+    for frame in (1, 2):
+        shown.outcome(Task(FRAME, frame), outcome | {"warnings": ["no lamp"], "version": "Blender 4.5.15"})
+    failed = {"ok": False, "again": False, "text": "no camera", "log": ["Fra: 3"], "host": "h", "handlers": []}
+    shown.outcome(Task(FRAME, 3), failed)
+    assert stream.getvalue().splitlines() == [
+        "Frame 1: a.png (h, 1.0 s)",
+        "WARNING no lamp",
+        "WARNING h renders with Blender 4.5.15, others with Blender 5.2.3",
+        "Frame 2: a.png (h, 1.0 s)",
+        "FAILED frame 3, on h: no camera",
+        "    Fra: 3",
+    ]
+
+
+def test_jobs_are_told_apart_by_what_they_render():
+    job = Job("/a/scene.blend", digest="1", output="/x/frame_", samples_per_task=8)
+    assert Job.of(json.loads(json.dumps(job.fields()))) == job
+    same = Job("/b/scene.blend", digest="1", output="/y/frame_", samples_per_task=8, threads=3)
+    assert same.name == job.name
+    others = {"digest": "2", "output": "/x/other_", "samples_per_task": 4, "samples": 9, "engine": "CYCLES"}
+    names = {Job.of(job.fields() | {key: value}).name for key, value in others.items()}
+    assert len(names) == len(others) and job.name not in names
+
+
+def test_errors_of_handlers_are_found_among_what_blender_prints():
+    lines = """Fra:4
+Error in bpy.app.handlers.frame_change_pre[0]:
+Traceback (most recent call last):
+  File "handler.py", line 6, in entered
+    raise ValueError('planted')
+ValueError: planted
+Error in bpy.app.handlers.render_post[1]:
+Traceback (most recent call last):
+  File "handler.py", line 8, in other
+KeyError: 3
+Saved: frame"""
+    assert child.handler_errors(lines.splitlines()) == [
+        "bpy.app.handlers.frame_change_pre: ValueError: planted",
+        "bpy.app.handlers.render_post: KeyError: 3",
+    ]
+    assert child.handler_errors(["Saved: frame"]) == []
+
+
+def test_a_lock_is_held_by_one_process_and_gone_with_it(tmp_path):
+    path = tmp_path / "lock"
+    code = (
+        "import sys, pathlib; from restir_engine.kernels.core import locks\n"
+        "file = locks.take(pathlib.Path(sys.argv[1])); print(file is not None, flush=True); sys.stdin.read()"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "True\n"
+    assert locks.take(path) is None
+    with locks.held(path, patience=0.0):  # nobody waits for ever
+        pass
+    process.kill()
+    process.wait()
+    with locks.held(path):
+        pass
+    assert locks.take(tmp_path / "nowhere" / "lock") is None
+
+
+@pytest.mark.parametrize(("per_task", "blender"), [(0, ""), (64, "/opt/blender")])
+def test_template_says_what_open_job_description_understands(tmp_path, per_task, blender):
+    path = tmp_path / "job.yaml"
+    job = Job(str(tmp_path / "shot 7.blend"), output=str(tmp_path / "out" / "frame_"), samples_per_task=per_task)
+    template.write(path, template.template(job, [1, 2, 3, 9], 200, blender, path))
+    openjd = Path(sys.executable).with_name("openjd")
+    if not openjd.exists():
+        pytest.skip("openjd is not installed")
+    checked = subprocess.run([openjd, "check", path], capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    summary = subprocess.run([openjd, "summary", path], capture_output=True, text=True).stdout
+    tasks = {"Render": 16, "Finish": 4} if per_task else {"Render": 4}
+    assert f"Total tasks: {sum(tasks.values())}" in summary, summary
