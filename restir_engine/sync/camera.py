@@ -74,7 +74,10 @@ _ALL = (0.0, 0.0, 1.0, 1.0)
 
 
 def sync_view(context, depsgraph) -> View:
-    """What a 3D view shows: `context` has the region and its view. A camera's view has its lens and its border."""
+    """What a 3D view shows: `context` has the region and its view. A camera's view has its lens and its border.
+
+    The view's matrices are those of the eye that it shows of a stereoscopic camera.
+    """
     region, view, space = context.region, context.region_data, context.space_data
     step = pixel_size(context.scene.render, context.preferences.system.pixel_size)
     width, height = (max(-(-size // step), 1) for size in (region.width, region.height))
@@ -86,7 +89,7 @@ def sync_view(context, depsgraph) -> View:
         data, focus = seen_by.data, _focus_location(seen_by.data)
         around = camera_frame(data.view_frame(scene=context.scene), window)
         if data.type == "PANO":
-            camera = _view_of_panorama(data, np.array(seen_by.matrix_world), around, width, height, focus)
+            camera = _view_of_panorama(data, camera.to_world, around, width, height, focus)
             frame = around
         else:
             camera = replace(camera, **_read_lens(data, camera.kind, camera.to_world, focus))

@@ -174,21 +174,21 @@ class Moments:
             if moment in looked:
                 cameras[moment] = views.cameras(depsgraph, Warnings())
         instances, shapes = self._moved(), self._changing | self._changed_shapes(blur)
-        steps = [
+        views_steps = [
             tuple(cameras[moment][view] for moment in moments(count)) if count else ()
             for view, count in enumerate(camera_steps)
         ]
         if blur.shutter is None:
             places = {index: np.stack([steps.points[0], steps.points[-1]]) for index, steps in shapes.items()}
             self._scene.vectors = Vectors(instances, places)
-            around = ((before, after) for before, _, after in steps)
-            self._scene.cameras = tuple(map(_seen_around, self._scene.cameras, around))
+            pairs = zip(self._scene.cameras, views_steps, strict=True)
+            self._scene.cameras = tuple(replace(camera, around=(steps[0], steps[-1])) for camera, steps in pairs)
             return
         self._scene.shutter = blur.shutter
         self._scene.instance_steps = instances
         for index, steps in shapes.items():
             self._scene.meshes[index] = steps.apply(self._scene.meshes[index])
-        self._scene.cameras = tuple(map(_moving, self._scene.cameras, steps))
+        self._scene.cameras = tuple(map(_moving, self._scene.cameras, views_steps))
 
     def _read_moment(self, depsgraph, moment: Fraction) -> None:
         """Matrices of all entries, and the vertices of what deforms, in the order of the middle."""
@@ -275,10 +275,6 @@ class Moments:
                 normals = [shape.normals if moment == 0 else self._normals[index, moment] for moment in times]
             found[index] = Steps(points, normals)
         return found
-
-
-def _seen_around(camera: Camera, around: tuple[Camera, Camera]) -> Camera:
-    return replace(camera, around=around)
 
 
 def _moving(camera: Camera, steps: tuple[Camera, ...]) -> Camera:

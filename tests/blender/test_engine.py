@@ -9,7 +9,8 @@ import pytest
 
 from restir_engine import engine, properties
 from restir_engine.settings import PASSES
-from testing.blender import kit
+from testing.blender import exr, kit
+from testing.blender.render import exact_layers
 
 
 class FakePass:
@@ -228,6 +229,28 @@ def test_all_passes_reach_blender(lit, tmp_path, written):
     for item in SHOWN:
         got = [name for name in channels if name.split(".")[1:2] == [engine.pass_name(item)]]
         assert len(got) == len(item.channels), item.name
+
+
+def test_files_have_channels_named_and_stored_as_those_of_cycles(lit, tmp_path):
+    """Also with half floats: Blender stores in them what is a colour to it, which the ids of Cryptomatte are not."""
+    layer = bpy.context.view_layer
+    for item in PASSES:
+        if item.view_layer:
+            setattr(layer, item.view_layer, True)
+    layer.restir.use_pass_volume = layer.cycles.use_pass_volume_direct = layer.cycles.use_pass_volume_indirect = True
+    layer.restir.use_pass_denoising = layer.cycles.denoising_store_passes = True
+    layer.aovs.add().name, layer.aovs.add().name = "a", "b"
+    layer.aovs["b"].type = "VALUE"
+    layer.lightgroups.add(name="key")
+    exact_layers(lit)
+    lit.render.image_settings.color_depth, lit.cycles.samples = "16", 1
+    found = []
+    for name in ("CYCLES", "RESTIR"):
+        lit.render.engine, lit.render.filepath = name, str(tmp_path / f"{name}.exr")
+        bpy.ops.render.render(write_still=True)
+        found.append(exr.kinds(lit.render.filepath))
+    theirs, ours = found
+    assert ours == theirs
 
 
 def multilayer_channels(path: Path) -> set[str]:
