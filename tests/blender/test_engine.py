@@ -292,7 +292,8 @@ def test_light_passes_add_up_to_the_picture_in_every_pixel(scene, written, setti
     kit.camera()
     kit.floor()
     glass = kit.principled(Transmission_Weight=1.0, Roughness=0.2)
-    kit.row([kit.principled(Base_Color=(0.8, 0.2, 0.0, 1.0)), kit.principled(Metallic=1.0), glass])
+    hair = kit.material(lambda node: node("BsdfHairPrincipled"))
+    kit.row([kit.principled(Base_Color=(0.8, 0.2, 0.0, 1.0)), kit.principled(Metallic=1.0), glass, hair])
 
     def two_colors(node):
         shines = node("BsdfGlossy", Color=(1.0, 0.1, 0.0, 1.0), Roughness=0.3)
