@@ -1,7 +1,8 @@
 """The render engine as Blender sees it: final frames, previews of materials and the 3D view.
 
 The order for every view layer and frame is `update` (depsgraph → scene), then `render` (scene → film, by a session that
-knows nothing of Blender, for each view of a stereoscopic render). In the 3D view it is `view_update` where something has changed, and `view_draw`.
+knows nothing of Blender, for each view of a stereoscopic render). In the 3D view it is `view_update` where something
+has changed, and `view_draw`.
 """
 
 from __future__ import annotations
@@ -77,9 +78,7 @@ class RestirEngine(bpy.types.RenderEngine):
             self.kept.begin((depsgraph.scene.name, depsgraph.scene.frame_current_final))
             frames = None if self.is_preview else Frames(self.frame_set, self.test_break)
             self.views = Views(self)
-            self.scene = read_scene(
-                depsgraph, self.settings, meshes=self.kept.meshes, frames=frames, views=self.views
-            )
+            self.scene = read_scene(depsgraph, self.settings, meshes=self.kept.meshes, frames=frames, views=self.views)
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Render what `update` read."""
@@ -152,7 +151,7 @@ class RestirEngine(bpy.types.RenderEngine):
         scene, layer = depsgraph.scene, depsgraph.view_layer
         if not (session.settings.is_part or scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"):
             return
-        asked = properties.enabled_passes(layer)
+        asked = properties.enabled_passes(scene, layer)
         record = record_of(session, scene.name, scene.frame_current, asked, seconds)
         self._stamp(record.fields(layer.name))
 

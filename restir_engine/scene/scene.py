@@ -35,7 +35,8 @@ class Scene(RecordOwner):
     """A committed scene: owner of all arrays that kernels reach. It never changes, and its arrays are read-only.
 
     Its SCENE record is of no frame in particular: what belongs to one (who looks, light tiles) is in a `FrameContext`.
-    `cameras` are all that look at it; as the first, `camera`, light tables see emission that depends on the camera. `warnings` goes on: what a render finds wrong is added to it.
+    `cameras` are all that look at it; as the first, `camera`, light tables see emission that depends on the camera.
+    `warnings` goes on: what a render finds wrong is added to it.
     `bare` is the scene without what casts shadows on shadow catchers, made of the `whole` one; None: it has none.
     """
 

@@ -1,5 +1,7 @@
 """Stereoscopy beside Cycles: what each view's camera sees, in files that Blender writes of all views."""
 
+from itertools import pairwise
+
 import bpy
 import numpy as np
 import pytest
@@ -59,7 +61,7 @@ def assert_same_depths(scene, folder, views=("left", "right")) -> None:
         # Outside of a round picture nothing is as far as can be. A pixel at its rim may lie on either side.
         away = np.abs(ours[f"ViewLayer.Depth.{view}.Z"] - depth) / depth
         assert np.quantile(away, 0.95) < 4e-3, view
-    assert min(np.abs(a - b).max() for a, b in zip(depths, depths[1:], strict=False)) > 0.1
+    assert min(np.abs(a - b).max() for a, b in pairwise(depths)) > 0.1
 
 
 @pytest.mark.parametrize("mode", MODES)
