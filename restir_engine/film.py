@@ -162,8 +162,6 @@ class Film(RecordOwner):
             result[:, :, :3] *= self.exposure
         elif name == "Mist":
             result = 1.0 - result
-        elif name == "Denoising Depth":
-            result[result == 0.0] = FAR
         return result
 
     def load(self, passes: dict[str, np.ndarray], counts: np.ndarray) -> None:
