@@ -1,7 +1,8 @@
 """The render engine as Blender sees it: final frames, previews of materials and the 3D view.
 
 The order for every view layer and frame is `update` (depsgraph → scene), then `render` (scene → film, by a session that
-knows nothing of Blender). In the 3D view it is `view_update` where something has changed, and `view_draw`.
+knows nothing of Blender, for each view of a stereoscopic render). In the 3D view it is `view_update` where something
+has changed, and `view_draw`.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ class RestirEngine(bpy.types.RenderEngine):
     def __init__(self, *args, **kwargs) -> None:
         super().__init__(*args, **kwargs)
         self.scene = None
+        self.views = None
         self.settings = None
         self.view = None
 
@@ -67,17 +69,16 @@ class RestirEngine(bpy.types.RenderEngine):
             from .sync.depsgraph import read_scene
             from .sync.kept import Kept
             from .sync.motion import Frames
+            from .sync.views import Views
 
             if self.is_preview:
                 self.kept = Kept()
             elif self.kept is None:
                 RestirEngine.kept = Kept()
             self.kept.begin((depsgraph.scene.name, depsgraph.scene.frame_current_final))
-            # Scene strips of the sequencer have cameras of their own.
             frames = None if self.is_preview else Frames(self.frame_set, self.test_break)
-            self.scene = read_scene(
-                depsgraph, self.settings, camera_object=self.camera_override, meshes=self.kept.meshes, frames=frames
-            )
+            self.views = Views(self)
+            self.scene = read_scene(depsgraph, self.settings, meshes=self.kept.meshes, frames=frames, views=self.views)
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Render what `update` read."""
@@ -86,22 +87,36 @@ class RestirEngine(bpy.types.RenderEngine):
         if self.scene is None:
             return
         with failures_told(self, "The render stopped"):
-            from .session import Session
-
-            session = Session(self.scene, self.settings, trees=self.kept.trees)
-            self.scene = None
-            result = self.begin_result(0, 0, session.film.width, session.film.height, layer=depsgraph.view_layer.name)
-            if result is None:
-                raise SceneError(NO_PLACE)
-            self._name_mattes(session, depsgraph.view_layer.name)
-            display, began = Display(self, result), time.perf_counter()
+            scene, self.scene = self.scene, None
             try:
-                session.render(self.test_break, display.status, display.picture)
+                for place, camera in enumerate(scene.cameras):
+                    session = self._render_view(scene, camera, place, depsgraph)
+                    scene = session.scene  # committed, for all views
+                    if session.cancelled:
+                        break
             finally:
-                self._keep_record(session, depsgraph, time.perf_counter() - began)
-                deliver(self, result, session)
                 if not self.is_preview:
-                    report_warnings(self, depsgraph.scene, session.scene.warnings)
+                    report_warnings(self, depsgraph.scene, scene.warnings)
+
+    def _render_view(self, scene, camera, place: int, depsgraph: bpy.types.Depsgraph):
+        """The session that has rendered what a camera sees of a scene, as one of the render's views."""
+        from .session import Session
+
+        session = Session(scene, self.settings, camera, trees=self.kept.trees)
+        layer, view = depsgraph.view_layer.name, self.views.names[place]
+        self.active_view_set(view)
+        result = self.begin_result(0, 0, session.film.width, session.film.height, layer=layer, view=view)
+        if result is None:
+            raise SceneError(NO_PLACE)
+        if place == 0:
+            self._name_mattes(session, layer)
+        display, began = Display(self, result, place, self.views.names), time.perf_counter()
+        try:
+            session.render(self.test_break, display.status, display.picture)
+        finally:
+            self._keep_record(session, depsgraph, time.perf_counter() - began)
+            deliver(self, result, session)
+        return session
 
     def _delivers_file(self, depsgraph: bpy.types.Depsgraph) -> bool:
         """Whether a file takes the place of the render, in which this engine has what it needs."""
@@ -136,7 +151,7 @@ class RestirEngine(bpy.types.RenderEngine):
         scene, layer = depsgraph.scene, depsgraph.view_layer
         if not (session.settings.is_part or scene.render.image_settings.file_format == "OPEN_EXR_MULTILAYER"):
             return
-        asked = properties.enabled_passes(layer)
+        asked = properties.enabled_passes(scene, layer)
         record = record_of(session, scene.name, scene.frame_current, asked, seconds)
         self._stamp(record.fields(layer.name))
 
@@ -175,22 +190,29 @@ class RestirEngine(bpy.types.RenderEngine):
 
 
 class Display:
-    """What the artist sees of a render in progress: status line, progress bar, the picture so far."""
+    """What the artist sees of a view's render in progress: status line, progress bar, the picture so far.
 
-    def __init__(self, engine: RestirEngine, result: bpy.types.RenderResult) -> None:
+    views: the names of all views, which are rendered one after the other; place: that of this one among them.
+    """
+
+    def __init__(
+        self, engine: RestirEngine, result: bpy.types.RenderResult, place: int = 0, views: tuple[str, ...] = ("",)
+    ) -> None:
         self._engine, self._result = engine, result
+        self._place, self._views = place, views
         self._line, self._line_time, self._peak = "", 0.0, 0.0
         self._picture_time, self._interval = 0.0, FIRST_INTERVAL
 
     def status(self, status) -> None:
         """Show where the render is."""
-        now, line = time.monotonic(), status.line()
+        now, view = time.monotonic(), self._views[self._place]
+        line = f"{view}: {status.line()}" if view else status.line()
         new_stage = line.partition("|")[0] != self._line.partition("|")[0]
         if line == self._line or (not new_stage and now - self._line_time < STATUS_INTERVAL):
             return
         self._line, self._line_time = line, now
         self._engine.update_stats("", line)
-        self._engine.update_progress(status.progress)
+        self._engine.update_progress((self._place + status.progress) / len(self._views))
         self._peak = max(self._peak, status.memory / 2**20)
         self._engine.update_memory_stats(memory_used=status.memory / 2**20, memory_peak=self._peak)
 

@@ -11,7 +11,7 @@ from .kernels.core import records as rec
 from .kernels.core.memory import address
 from .scene.cryptomatte import KINDS
 from .scene.record_owner import RecordOwner
-from .settings import BARE_CATCHER, CATCHER_BACKDROP, SAMPLE_COUNT, SHADOW_CATCHER, Pass
+from .settings import BARE_CATCHER, CATCHER_BACKDROP, NOISY_IMAGE, SAMPLE_COUNT, SHADOW_CATCHER, Pass
 
 FAR = 1.0e10  # depth of the background, as Cycles gives it
 
@@ -135,6 +135,8 @@ class Film(RecordOwner):
         if name == SAMPLE_COUNT:
             counts = np.full((self.height, self.width), self.samples) if self.counts is None else self.counts
             return counts[..., None].astype(np.float32)
+        if name == NOISY_IMAGE:
+            name = "Combined"
         item = self._by_name[name]
         if item.slots:
             return self._mattes(item)

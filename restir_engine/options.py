@@ -320,7 +320,8 @@ VIEW_LAYER_OPTIONS: dict[str, Option] = {
     ),
     "use_pass_denoising": Option(
         "Denoising Data",
-        "Deliver the albedo and the normal that guide a denoiser, for the compositor's Denoise node",
+        "Deliver what guides a denoiser, for the compositor's Denoise node: albedo, normal, depth, and the picture "
+        "before it is denoised",
         default=False,
     ),
 }

@@ -22,7 +22,10 @@ from .scene.cryptomatte import KINDS
 from .settings import (
     MAX_CRYPTOMATTES,
     MOST_LIGHT_GROUPS,
+    NOISY_IMAGE,
     PASSES,
+    ROUGHNESS,
+    SPECULAR_ALBEDO,
     Aov,
     Mist,
     RenderSettings,
@@ -30,6 +33,7 @@ from .settings import (
     cryptomatte,
 )
 
+GRADED = bpy.app.version >= (5, 2, 0)  # RenderSettings.graded_features
 MIST_POWERS = {"LINEAR": 1.0, "QUADRATIC": 2.0, "INVERSE_QUADRATIC": 0.5}
 
 # What Blender is told of an Option's unit.
@@ -107,8 +111,11 @@ def _sss_after_diffuse(choice: str) -> str:
     return "DIFFUSE" if bpy.app.version < (5, 0, 0) else "BURLEY_DIFFUSE"
 
 
-def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
-    """Names of the passes that a view layer asks for; Combined is always one of them."""
+def enabled_passes(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> frozenset[str]:
+    """Names of the passes that a scene's view layer asks for; Combined is always one of them."""
+    unknown = set() if GRADED else {SPECULAR_ALBEDO, ROUGHNESS}
+    if not scene.restir.use_denoising:
+        unknown.add(NOISY_IMAGE)
     depth = (view_layer.pass_cryptomatte_depth + 1) // 2
     too_deep = {cryptomatte(kind, i) for kind in KINDS for i in range(depth, MAX_CRYPTOMATTES)}
     return frozenset(
@@ -116,7 +123,7 @@ def enabled_passes(view_layer: bpy.types.ViewLayer) -> frozenset[str]:
         for item in PASSES
         if item.name == "Combined"
         or (
-            item.name not in too_deep
+            item.name not in too_deep | unknown
             and (item.view_layer or item.own)
             and getattr(view_layer if item.view_layer else view_layer.restir, item.view_layer or item.own)
         )
@@ -130,7 +137,7 @@ def sample_range(own: RestirSceneSettings) -> dict[str, int]:
 
 def delivered_passes(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     """Names of the passes that a final render of a view layer delivers."""
-    own, names = scene.restir, enabled_passes(view_layer)
+    own, names = scene.restir, enabled_passes(scene, view_layer)
     if RenderSettings(samples=own.samples, **sample_range(own)).is_part:
         # The lamp of Blender's first scene is marked as one.
         catchers = any(item.is_shadow_catcher and item.type != "LIGHT" for item in bpy.data.objects)
@@ -186,6 +193,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "film_transparent_roughness": getattr(cycles, "film_transparent_roughness", 0.1),
             "sss_after_diffuse": _sss_after_diffuse(own.sss_after_diffuse),
             "extra_transparent": bpy.app.version < (5, 0, 0),
+            "graded_features": GRADED,
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "mist": mist(scene.world),
             "sss_irradiance_cache": own.sss_irradiance_cache and not is_blurred(scene, view_layer),

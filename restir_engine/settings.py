@@ -46,6 +46,7 @@ class RenderSettings:
     volume_bounces: int = 0
     transparent_bounces: int = 8
     extra_transparent: bool = False  # paths, but not shadows, may cross one more: Cycles before Blender 5
+    graded_features: bool = True  # of the denoiser: Cycles from Blender 5.2 on, see kernels.lobes.passes
     min_bounces: int = 0  # bounces before Russian roulette starts
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
@@ -177,6 +178,9 @@ def _cryptomattes(kind: str) -> list[Pass]:
 
 
 SAMPLE_COUNT = "Debug Sample Count"  # as Cycles names it
+NOISY_IMAGE = "Noisy Image"  # Combined before it is denoised
+# There where `graded_features` is: both or neither.
+SPECULAR_ALBEDO, ROUGHNESS = "Denoising Specular Albedo", "Denoising Roughness"
 # Light on shadow catchers; without what is no catcher; and the world behind them, by which Combined shows them.
 SHADOW_CATCHER, BARE_CATCHER, CATCHER_BACKDROP = "Shadow Catcher", "Bare Catcher", "Catcher Backdrop"
 
@@ -217,6 +221,10 @@ PASSES: tuple[Pass, ...] = (
     Pass(CATCHER_BACKDROP, CATCHER_BACKDROP, "", "RGB", "COLOR", ""),
     Pass("Denoising Albedo", "Denoising Albedo", "denoising_albedo", "RGB", "COLOR", "", own="use_pass_denoising"),
     Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", "", own="use_pass_denoising"),
+    Pass("Denoising Depth", "Denoising Depth", "denoising_depth", "Z", "VALUE", "", own="use_pass_denoising"),
+    Pass(SPECULAR_ALBEDO, SPECULAR_ALBEDO, "denoising_specular", "RGB", "COLOR", "", own="use_pass_denoising"),
+    Pass(ROUGHNESS, ROUGHNESS, "denoising_roughness", "X", "VALUE", "", own="use_pass_denoising"),
+    Pass(NOISY_IMAGE, NOISY_IMAGE, "", "RGBA", "COLOR", "", own="use_pass_denoising"),
     # Last, since they are no sums.
     *(item for kind in KINDS for item in _cryptomattes(kind)),
 )

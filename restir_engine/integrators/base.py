@@ -159,6 +159,7 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     glass = settings.film_transparent and settings.film_transparent_glass
     r["seen_through"] = settings.film_transparent_roughness**4 if glass else -1.0
     r["pass_alpha_threshold"] = settings.pass_alpha_threshold
+    r["graded_features"] = settings.graded_features
     mist = settings.mist
     r["mist_start"], r["mist_density"], r["mist_power"] = mist.start, 1.0 / max(mist.depth, 1e-30), mist.power
     r["after_diffuse"] = (

@@ -34,8 +34,8 @@ class Camera:
     left corner; None: all. screen: left, right, bottom, top of the frame on the plane at distance 1 (PERSP), or of
     the viewed box (ORTHO). projection: one of PROJECTIONS (PANO). longitude, latitude: what an equirectangular or
     cylindrical panorama shows; the latter's latitude is a height on the cylinder of radius 1. fisheye: field of view;
-    lens, width and height of the sensor in millimetres; polynomial: see CAMERA. Of `steps`, place, frame, aperture and
-    focus count.
+    lens, width and height of the sensor in millimetres; polynomial: see CAMERA. eye, convergence, pole_merge: of
+    spherical stereo, see CAMERA. Of `steps`, place, frame, aperture and focus count.
     """
 
     kind: str = "PERSP"
@@ -56,13 +56,19 @@ class Camera:
     projection: str = "EQUIRECTANGULAR"
     fisheye: tuple[float, float, float, float] = (math.pi, 10.5, 36.0, 24.0)
     polynomial: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    eye: float = 0.0
+    convergence: float = 0.0
+    pole_merge: tuple[float, float] = (0.0, 0.0)
     steps: tuple[Camera, ...] = ()  # the same at even distances of time while the shutter is open; (): it stands still
+
+    around: tuple[Camera, Camera] | None = None  # the same a frame before and after, for the pass Vector
 
     def __post_init__(self) -> None:
         to_world = np.array(self.to_world, np.float64)[:3]
         to_world.flags.writeable = False
         object.__setattr__(self, "to_world", to_world)
         object.__setattr__(self, "_table", self._step_table())
+        object.__setattr__(self, "_around", np.array([camera.record() for camera in self.around or ()], rec.CAMERA))
 
     @property
     def film_size(self) -> tuple[int, int]:
@@ -90,6 +96,7 @@ class Camera:
         corner = math.hypot(max(map(abs, self.screen[:2])), max(map(abs, self.screen[2:])))
         reach = self.clip_start * math.hypot(1.0, corner if self.kind == "PERSP" else 0.0)
         reach += (corner if self.kind == "ORTHO" else 0.0) + self.aperture / min(max(self.aperture_ratio, 1e-6), 1.0)
+        reach += abs(self.eye)
         places = np.array([camera.to_world[:, 3] for camera in (self, *self.steps)])
         return places.min(axis=0) - reach, places.max(axis=0) + reach
 
@@ -124,7 +131,10 @@ class Camera:
         result["projection"] = PROJECTIONS[self.projection]
         result["fisheye"], result["polynomial"] = self.fisheye, self.polynomial
         result["n_steps"], result["steps"] = len(self.steps), address(self._table)
+        result["around"] = address(self._around) if self.around else 0
+        result["pole_merge"] = self.pole_merge
         result["aperture_ratio"] = max(self.aperture_ratio, 1e-6)
         for name in ("screen", "clip_start", "clip_end", "aperture", "focus_distance", "blades", "blade_rotation"):
             result[name] = getattr(self, name)
+        result["eye"], result["convergence"] = self.eye, self.convergence
         return result[()]

@@ -39,7 +39,7 @@ class SceneDescription:
         self.images = ImageTable()
         self.lights = Lamps()
         self.world = World()
-        self.camera = Camera()
+        self.cameras: tuple[Camera, ...] = (Camera(),)  # all who look at it
         self.warnings = Warnings()
         self.manifests = Manifests()
         self.aovs: dict[str, tuple[int, int]] = {}  # name -> (first channel, how many) of what programs write
@@ -52,6 +52,15 @@ class SceneDescription:
     def attribute_name(self, name: str) -> int:
         """The number that stands for an attribute in programs and meshes; "" is the render UV map. See `names`."""
         return self.attribute_names.setdefault(name, len(self.attribute_names))
+
+    @property
+    def camera(self) -> Camera:
+        """The first that looks at it, or the only one."""
+        return self.cameras[0]
+
+    @camera.setter
+    def camera(self, camera: Camera) -> None:
+        self.cameras = (camera,)
 
     def commit(self, trees: Trees | None = None, before: Scene | None = None) -> Scene:
         """The scene of what this describes now; later changes are not seen in it. Its meshes' arrays are read-only.

@@ -100,7 +100,7 @@ def _describe(scene: Scene, index: int, material: int, cells: _Cells, grid: Voxe
 
 def _world_majorants(scene: Scene, kept: list) -> np.ndarray:
     bounds = np.array(scene.record["bounds"]).reshape(2, 3)
-    points = np.concatenate([bounds, np.array(scene.camera.origins())])
+    points = np.concatenate([bounds, *(np.array(camera.origins()) for camera in scene.cameras)])
     low, high = points.min(0), points.max(0)
     half = np.full(3, max(0.5 * _WORLD_SIZE * np.linalg.norm(high - low), 1.0))
     center = 0.5 * (low + high)

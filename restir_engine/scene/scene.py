@@ -36,8 +36,8 @@ class Scene(RecordOwner):
     """A committed scene: owner of all arrays that kernels reach. It never changes, and its arrays are read-only.
 
     Its SCENE record is of no frame in particular: what belongs to one (who looks, light tiles) is in a `FrameContext`.
-    `camera` is the scene's own, as which light tables see emission that depends on the camera. `warnings` goes on: what
-    a render finds wrong is added to it.
+    `cameras` are all that look at it; as the first, `camera`, light tables see emission that depends on the camera.
+    `warnings` goes on: what a render finds wrong is added to it.
     `bare` is the scene without what casts shadows on shadow catchers, made of the `whole` one; None: it has none.
     """
 
@@ -48,7 +48,8 @@ class Scene(RecordOwner):
         self.instances = _catchers(whole.instances) if whole else np.array(description.instances)
         self.material_slots = np.array(description.material_slots, np.int32)
         self.shaders = description.shaders.layout()
-        self.camera = description.camera
+        self.cameras = description.cameras
+        self.camera = self.cameras[0]
         self.attribute_names = MappingProxyType(dict(description.attribute_names))
         self.warnings = description.warnings
         self.manifests = description.manifests

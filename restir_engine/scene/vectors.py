@@ -11,7 +11,6 @@ from ..kernels.core import records as rec
 from ..kernels.core.jit import load
 from ..kernels.core.memory import address
 from ..kernels.film.vectors import write_vector
-from .camera import Camera
 from .freeze import freeze
 from .instances import InstanceSteps
 from .record_owner import RecordOwner
@@ -23,11 +22,10 @@ if TYPE_CHECKING:
 @dataclass
 class Vectors:
     """What is elsewhere. instances: with three steps, a frame apart; shapes: vertices (2, n, 3) before and after, by
-    their index among meshes; cameras: before and after.
+    their index among meshes. Cameras know themselves where they are (`Camera.around`).
     """
 
     instances: list[InstanceSteps]
-    cameras: tuple[Camera, Camera]
     shapes: dict[int, np.ndarray] = field(default_factory=dict)
 
 
@@ -47,10 +45,9 @@ class VectorTable(RecordOwner):
         places = {index: np.ascontiguousarray(points, np.float32) for index, points in vectors.shapes.items()}
         for index, points in places.items():
             shapes[index] = address(points)
-        cameras = np.array([camera.record() for camera in vectors.cameras], rec.CAMERA)
-        self._kept = (rows, np.concatenate(matrices), shapes, cameras, places, vectors)
-        freeze(*self._kept[:4])
+        self._kept = (rows, np.concatenate(matrices), shapes, places, vectors)
+        freeze(*self._kept[:3])
         self._record = np.zeros(1, rec.VECTORS)
         self._record[0]["code"] = write_vector.address
-        for name, array in zip(("rows", "matrices", "shapes", "cameras"), self._kept, strict=False):
+        for name, array in zip(("rows", "matrices", "shapes"), self._kept, strict=False):
             self._record[0][name] = address(array)

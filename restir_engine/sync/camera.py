@@ -13,10 +13,26 @@ from ..scene.errors import SceneError
 from ..scene.warnings import Warnings
 
 
-def sync_camera(depsgraph, warnings, camera_object=None) -> Camera:
-    """The camera of an evaluated depsgraph's scene (or another camera object) with the frame of the render settings."""
+class Eye(NamedTuple):
+    """How one view of a render looks through an evaluated camera object.
+
+    matrix: its place, (4, 4); shift_x: its lens's; side: -1 for the left eye of spherical stereo, 1 for the right one,
+    else 0.
+    """
+
+    camera: object
+    matrix: np.ndarray
+    shift_x: float
+    side: int
+
+
+def sync_camera(depsgraph, warnings, camera_object=None, eye: Eye | None = None) -> Camera:
+    """The camera of an evaluated depsgraph's scene with the frame of the render settings.
+
+    Or another camera object, or an eye.
+    """
     scene = depsgraph.scene
-    camera_object = camera_object or scene.camera
+    camera_object = eye.camera if eye else camera_object or scene.camera
     if camera_object is None:
         raise SceneError("The scene has no camera: add one, or choose one in the Scene properties under “Camera”.")
     camera_object = camera_object.evaluated_get(depsgraph)
@@ -24,16 +40,19 @@ def sync_camera(depsgraph, warnings, camera_object=None) -> Camera:
         raise SceneError(f"“{camera_object.name}” is used as the camera but is none: choose a camera object.")
     render = scene.render
     width, height = frame_size(render)
-    return read_camera(
-        camera_object.data,
-        np.array(camera_object.matrix_world),
+    data = camera_object.data
+    camera = read_camera(
+        data,
+        eye.matrix if eye else np.array(camera_object.matrix_world),
         width,
         height,
         warnings,
         aspect=(render.pixel_aspect_x, render.pixel_aspect_y),
         region=border(render, width, height),
-        focus=_focus_location(camera_object.data),
+        focus=_focus_location(data),
+        shift_x=eye.shift_x if eye else None,
     )
+    return replace(camera, **_read_stereo(data.stereo, eye.side)) if eye and eye.side else camera
 
 
 class View(NamedTuple):
@@ -55,7 +74,10 @@ _ALL = (0.0, 0.0, 1.0, 1.0)
 
 
 def sync_view(context, depsgraph) -> View:
-    """What a 3D view shows: `context` has the region and its view. A camera's view has its lens and its border."""
+    """What a 3D view shows: `context` has the region and its view. A camera's view has its lens and its border.
+
+    The view's matrices are those of the eye that it shows of a stereoscopic camera.
+    """
     region, view, space = context.region, context.region_data, context.space_data
     step = pixel_size(context.scene.render, context.preferences.system.pixel_size)
     width, height = (max(-(-size // step), 1) for size in (region.width, region.height))
@@ -67,7 +89,7 @@ def sync_view(context, depsgraph) -> View:
         data, focus = seen_by.data, _focus_location(seen_by.data)
         around = camera_frame(data.view_frame(scene=context.scene), window)
         if data.type == "PANO":
-            camera = _view_of_panorama(data, np.array(seen_by.matrix_world), around, width, height, focus)
+            camera = _view_of_panorama(data, camera.to_world, around, width, height, focus)
             frame = around
         else:
             camera = replace(camera, **_read_lens(data, camera.kind, camera.to_world, focus))
@@ -171,14 +193,18 @@ def border(render, width: int, height: int) -> tuple[int, int, int, int] | None:
 
 
 def read_camera(
-    data, matrix, width: int, height: int, warnings, *, aspect=(1.0, 1.0), region=None, focus=None
+    data, matrix, width: int, height: int, warnings, *, aspect=(1.0, 1.0), region=None, focus=None, shift_x=None
 ) -> Camera:
-    """The `Camera` of a bpy.types.Camera placed by `matrix`. focus: where the focus object is, in world space."""
+    """The `Camera` of a bpy.types.Camera placed by `matrix`.
+
+    focus: where the focus object is, in world space; shift_x: where the lens's is another.
+    """
     kind = data.type if data.type in ("PERSP", "ORTHO", "PANO") else "PERSP"
     if kind != data.type:
         warnings.add("Camera", data.name, f"cameras of type {data.type} are rendered as perspective")
     frame = width * aspect[0], height * aspect[1]
-    plane = _read_panorama(data, *frame, warnings) if kind == "PANO" else {"screen": _screen(data, kind, *frame)}
+    shift = data.shift_x if shift_x is None else shift_x, data.shift_y
+    plane = _read_panorama(data, *frame, warnings) if kind == "PANO" else {"screen": _screen(data, kind, *frame, shift)}
     to_world = np.asarray(matrix, np.float64)[:3]
     return Camera(
         kind,
@@ -193,7 +219,7 @@ def read_camera(
     )
 
 
-def _screen(data, kind: str, width: float, height: float) -> tuple[float, float, float, float]:
+def _screen(data, kind: str, width: float, height: float, shift) -> tuple[float, float, float, float]:
     """Left, right, bottom, top of the frame; width and height in units of equal size on the sensor."""
     fit = data.sensor_fit
     horizontal = width > height if fit == "AUTO" else fit == "HORIZONTAL"
@@ -203,7 +229,7 @@ def _screen(data, kind: str, width: float, height: float) -> tuple[float, float,
         extent = (data.sensor_height if fit == "VERTICAL" else data.sensor_width) / data.lens
     unit = extent / (width if horizontal else height)  # of the frame's plane, a pixel
     half_width, half_height = 0.5 * width * unit, 0.5 * height * unit
-    x, y = data.shift_x * extent, data.shift_y * extent
+    x, y = shift[0] * extent, shift[1] * extent
     return x - half_width, x + half_width, y - half_height, y + half_height
 
 
@@ -226,6 +252,16 @@ def _read_lens(data, kind: str, to_world: np.ndarray, focus) -> dict:
         "blades": dof.aperture_blades,
         "blade_rotation": dof.aperture_rotation,
         "aperture_ratio": dof.aperture_ratio,
+    }
+
+
+def _read_stereo(stereo, side: int) -> dict:
+    """Fields of `Camera` that say where an eye of spherical stereo looks from."""
+    merges = stereo.use_pole_merge
+    return {
+        "eye": 0.5 * side * stereo.interocular_distance,
+        "convergence": 0.0 if stereo.convergence_mode == "PARALLEL" else stereo.convergence_distance,
+        "pole_merge": (stereo.pole_merge_angle_from, stereo.pole_merge_angle_to) if merges else (0.0, 0.0),
     }
 
 

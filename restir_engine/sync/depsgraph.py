@@ -22,7 +22,6 @@ from ..scene.spheres import Spheres
 from ..scene.strands import Strands
 from ..settings import aov_channels
 from .adaptive import adaptive_modifier, diced
-from .camera import sync_camera
 from .culling import Culled, Culling
 from .hashing import hash_uint2, to_unit
 from .identity import name_key, numbered
@@ -58,6 +57,7 @@ from .objects import (
 from .particle_hair import hair_systems
 from .points import read_points
 from .strands import read_curves, read_hair, strand_look
+from .views import Views
 from .volumes import density_factors, is_grids, read_grids
 from .world import sync_world
 
@@ -74,20 +74,21 @@ def read_scene(
     depsgraph,
     settings,
     camera: Camera | None = None,
-    camera_object=None,
     meshes: MeshCache | None = None,
     materials: Callable[[SceneDescription], Materials] = Materials,
     space=None,
     frames: Frames | None = None,
+    views: Views | None = None,
 ) -> SceneDescription:
     """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
 
-    camera, or the object camera_object: who looks, where that is not the scene's camera. meshes: those that
-    earlier frames have read. materials: gives the programs for a description. space: the 3D view that shows it.
+    views: who looks, where that is not the scene's camera; or a camera alone. meshes: those that earlier frames have
+    read. materials: gives the programs for a description. space: the 3D view that shows it.
     frames: how other times are read, for motion blur; None: nothing is blurred. Raises SceneError where no picture can
     come of it.
     """
     meshes = MeshCache() if meshes is None else meshes
+    views = views or Views()
     scene = SceneDescription(meshes.attribute_names)
     scene.aovs = aov_channels(settings.aovs)
     scene.light_groups = {name: number for number, name in enumerate(settings.light_groups)}
@@ -101,14 +102,14 @@ def read_scene(
     try:
         if blur and blur.middle != now:
             frames.show(blur.middle)
-        scene.camera = camera or sync_camera(depsgraph, scene.warnings, camera_object)
+        scene.cameras = (camera,) if camera else views.cameras(depsgraph, scene.warnings)
         note_scene(depsgraph, scene.warnings)
         reader = _Reader(scene, depsgraph, settings, meshes, materials(scene), space, blur)
         reader.read()
         sync_world(scene, depsgraph, reader.materials)
         reader.materials.compiled()
         if blur:
-            reader.moments.read(depsgraph, blur, frames, None if camera else camera_object or depsgraph.scene.camera)
+            reader.moments.read(depsgraph, blur, frames, views)
     finally:
         if blur:
             frames.show(now)

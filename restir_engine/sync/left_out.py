@@ -22,7 +22,6 @@ class LeftOut(NamedTuple):
 
 
 SCENE = (
-    LeftOut("render.use_multiview", "stereoscopy is left out: all views are the camera's"),
     LeftOut("render.use_freestyle", "Freestyle lines are left out"),
     LeftOut("cycles.use_fast_gi", "Fast GI is left out: indirect light is traced"),
     LeftOut("cycles.shading_system", "Open Shading Language is left out"),

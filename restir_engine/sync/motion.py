@@ -31,7 +31,7 @@ from ..scene.shape import Shape
 from ..scene.shutter import Shutter
 from ..scene.vectors import Vectors
 from ..scene.warnings import Warnings
-from .camera import sync_camera
+from .views import Views
 
 VELOCITY = "velocity"  # vertices' way in a second, in object space
 # Modifiers that give one shape at all times, if what they are given is.
@@ -160,32 +160,35 @@ class Moments:
         self._normals: dict[tuple[int, Fraction], np.ndarray] = {}
         self._changed: set[int] = set()  # meshes whose topology is another at another time
 
-    def read(self, depsgraph, blur: Blur, frames: Frames, camera_object) -> None:
+    def read(self, depsgraph, blur: Blur, frames: Frames, views: Views) -> None:
         """Read all times, and put what moves into the scene; the depsgraph then shows the middle no more."""
-        camera_steps = 0
-        if camera_object is not None:
-            camera_steps = steps_of(camera_object)[0] if blur.shutter else 3
-        counts = {int(count) for count in np.unique(self._steps) if count} | ({camera_steps} - {0})
-        cameras: dict[Fraction, Camera] = {Fraction(0): self._scene.camera}
+        camera_steps = [steps_of(item)[0] if blur.shutter else 3 for item in views.objects(depsgraph)]
+        counts = {*np.unique(self._steps).tolist(), *camera_steps} - {0}
+        looked = {moment for count in camera_steps if count for moment in moments(count)}
+        cameras: dict[Fraction, tuple[Camera, ...]] = {Fraction(0): self._scene.cameras}
         for moment in sorted({moment for count in counts for moment in moments(count)} - {Fraction(0)}):
             if frames.stopped():
                 return
             frames.show(blur.time(moment))
             self._read_moment(depsgraph, moment)
-            if camera_steps and moment in moments(camera_steps):
-                cameras[moment] = sync_camera(depsgraph, Warnings(), camera_object)
+            if moment in looked:
+                cameras[moment] = views.cameras(depsgraph, Warnings())
         instances, shapes = self._moved(), self._changing | self._changed_shapes(blur)
-        cameras = [cameras[moment] for moment in moments(camera_steps)] if camera_steps else [self._scene.camera] * 3
+        views_steps = [
+            tuple(cameras[moment][view] for moment in moments(count)) if count else ()
+            for view, count in enumerate(camera_steps)
+        ]
         if blur.shutter is None:
             places = {index: np.stack([steps.points[0], steps.points[-1]]) for index, steps in shapes.items()}
-            self._scene.vectors = Vectors(instances, (cameras[0], cameras[-1]), places)
+            self._scene.vectors = Vectors(instances, places)
+            pairs = zip(self._scene.cameras, views_steps, strict=True)
+            self._scene.cameras = tuple(replace(camera, around=(steps[0], steps[-1])) for camera, steps in pairs)
             return
         self._scene.shutter = blur.shutter
         self._scene.instance_steps = instances
         for index, steps in shapes.items():
             self._scene.meshes[index] = steps.apply(self._scene.meshes[index])
-        if not all(cameras[0].same_as(camera) for camera in cameras[1:]):
-            self._scene.camera = replace(self._scene.camera, steps=tuple(cameras))
+        self._scene.cameras = tuple(map(_moving, self._scene.cameras, views_steps))
 
     def _read_moment(self, depsgraph, moment: Fraction) -> None:
         """Matrices of all entries, and the vertices of what deforms, in the order of the middle."""
@@ -272,6 +275,11 @@ class Moments:
                 normals = [shape.normals if moment == 0 else self._normals[index, moment] for moment in times]
             found[index] = Steps(points, normals)
         return found
+
+
+def _moving(camera: Camera, steps: tuple[Camera, ...]) -> Camera:
+    """The camera with its steps, where they are not all the same."""
+    return camera if all(steps[0].same_as(step) for step in steps[1:]) else replace(camera, steps=steps)
 
 
 def identities(depsgraph) -> list[tuple]:

@@ -11,6 +11,12 @@ _TYPES = {1: np.dtype("<f2"), 2: np.dtype("<f4")}
 _MULTIPART = 0x1000
 
 
+def kinds(path: str | Path) -> dict[str, np.dtype]:
+    """How the channels of a file's first part are stored, by name."""
+    header, _ = attributes_at(Path(path).read_bytes(), 8)
+    return dict(_entries(header[b"channels"][1]))
+
+
 def channels(path: str | Path) -> dict[str, np.ndarray]:
     """Float32 (height, width) by name, rows bottom to top; names of parts are put before those of their channels."""
     data = Path(path).read_bytes()

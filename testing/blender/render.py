@@ -81,8 +81,19 @@ def prepare(item: Scene) -> None:
 def exact_files(scene: bpy.types.Scene) -> None:
     """Let a scene's pictures be written as they are."""
     settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "IMAGE"
     settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"
     settings.exr_codec = "NONE"
+
+
+def exact_layers(scene: bpy.types.Scene) -> None:
+    """Let all passes of all layers and views be written as they are, to one file: see `exr.channels`."""
+    exact_files(scene)
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type, settings.use_exr_interleave = "MULTI_LAYER_IMAGE", True
+    settings.file_format, settings.views_format = "OPEN_EXR_MULTILAYER", "MULTIVIEW"
 
 
 def render(name: str, samples: int, seed: int) -> np.ndarray:

@@ -130,13 +130,13 @@ def test_settings_come_from_cycles_before_the_first_render(extension):
 
 def test_button_lists_what_has_no_counterpart(extension):
     scene = bpy.context.scene
-    scene.render.use_multiview = True
+    scene.render.use_freestyle = True
     scene.cycles.samples = 4096
     bpy.context.view_layer.use_pass_shadow = True
     bpy.ops.restir.settings_from_cycles()
     log = sys.modules[NAME + ".restir_engine.warning_log"]
     text = "\n".join(log.lines(scene.name))
-    assert "stereoscopy" in text and "Shadow" in text
+    assert "Freestyle" in text and "Shadow" in text
     assert scene.restir.samples == 4096
 
 

@@ -38,7 +38,6 @@ def set_all(scene, paths):
     ("paths", "word"),
     [
         (["render.use_motion_blur", "restir.sss_irradiance_cache"], "irradiance cache"),
-        (["render.use_multiview"], "stereoscopy"),
         (["render.use_freestyle"], "Freestyle"),
         (["cycles.use_fast_gi"], "Fast GI"),
         (["cycles.shading_system"], "Open Shading Language"),

@@ -10,7 +10,6 @@ import pytest
 from restir_engine.farm.exr import FileError, Key, MultilayerFile
 from restir_engine.farm.merge import main, merge
 from restir_engine.farm.record import read_records
-from restir_engine.sync import left_out
 from testing.blender import ranges
 from testing.blender.render import quiet, read
 
@@ -224,10 +223,6 @@ def test_a_render_region_is_merged_and_the_rest_of_the_frame_left_alone(rendered
         np.testing.assert_allclose(own, others, rtol=1e-5, atol=1e-5)
 
 
-ONE_VIEW = any(entry.path == "render.use_multiview" for entry in left_out.SCENE)
-
-
-@pytest.mark.skipif(ONE_VIEW, reason="the engine renders one view of several")
 def test_views_are_merged_each_by_itself(rendered, tmp_path):
     scene = rendered[0]
     render, image = scene.render, scene.render.image_settings

@@ -158,6 +158,7 @@ def test_settings_come_from_properties_one_to_one(scene):
         "light_groups",
         "scene_samples",
         "extra_transparent",
+        "graded_features",
     }
     of_previews = {"preview_samples", "preview_sss_method", "use_preview_denoising"}
     assert own - fields == {"use_animated_seed", "is_initialized", "film_from", *of_previews}

@@ -3,9 +3,9 @@
 from ..core.jit import device, inlined
 from ..core.memory import record_address, store_f32
 from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, camera_at, instance_at, material_at
-from ..core.vec import average, dot, length, mul, put, store3_f32, transform_point, vec
+from ..core.vec import average, is_black, length, mul, put, scale, store3_f32, transform_point, transform_vector, vec
 from ..geometry.attributes import attribute
-from ..lobes import bsdf_color, bsdf_normal, denoise_features
+from ..lobes import bsdf_color, bsdf_normal, denoise_features, graded_features
 from ..shading.interpreter import write_aovs
 from .contribute import add1, add3
 from .cryptomatte import add_to_slots
@@ -19,7 +19,7 @@ def surface_passes(scene, integrator, film, path, sp):
     if film.data_passes > 0 and path.background_visible > 0:
         _data_passes(scene, camera, integrator, film, path, sp)
     if film.denoising_albedo >= 0 and path.denoise > 0:
-        _feature_passes(scene, camera, film, path, sp)
+        _feature_passes(scene, camera, integrator, film, path, sp)
 
 
 @inlined
@@ -119,18 +119,27 @@ def _camera_depth(camera, p):
 
 
 @device
-def _feature_passes(scene, camera, film, path, sp):
+def _feature_passes(scene, camera, integrator, film, path, sp):
     """The denoiser's albedo and normal, behind mirrors and glass those of what is seen in them."""
-    albedo, normal, specular, diffuse_like = denoise_features(scene, sp)
     t = vec(path.feature_throughput)
-    if diffuse_like:
-        add3(path.pixel, film.denoising_albedo, mul(t, albedo))
-        n = (
-            dot((camera.to_camera[0], camera.to_camera[1], camera.to_camera[2]), normal),
-            dot((camera.to_camera[4], camera.to_camera[5], camera.to_camera[6]), normal),
-            dot((camera.to_camera[8], camera.to_camera[9], camera.to_camera[10]), normal),
-        )
-        add3(path.pixel, film.denoising_normal, n)
-        path.denoise = 0
+    weight = average(t)
+    if film.denoising_depth >= 0:
+        add1(path.pixel, film.denoising_depth, weight * (sp.t - path.tmin))
+    if integrator.graded_features != 0:
+        albedo, normal, specular, onward, roughness = graded_features(scene, sp)
+        normal = scale(normal, weight)
+        if path.bounce == 0 and film.denoising_roughness >= 0:
+            add1(path.pixel, film.denoising_roughness, weight * roughness)
+            add3(path.pixel, film.denoising_specular, mul(t, specular))
     else:
-        put(path.feature_throughput, mul(t, specular))
+        albedo, normal, onward, diffuse_like = denoise_features(scene, sp)
+        if diffuse_like:
+            onward = (0.0, 0.0, 0.0)
+        else:
+            albedo = normal = (0.0, 0.0, 0.0)
+    add3(path.pixel, film.denoising_albedo, mul(t, albedo))
+    n = transform_vector(camera.to_camera, normal)
+    add3(path.pixel, film.denoising_normal, (n[0], n[1], -n[2]))  # z along the view, as in Cycles
+    put(path.feature_throughput, mul(t, onward))
+    if is_black(onward):
+        path.denoise = 0

@@ -42,7 +42,7 @@ def write_vector(scene, film, path, point, _):
         return
     there, x, y = _now(now, path, point)
     for when in range(2):
-        camera = camera_at(vectors.cameras, when)
+        camera = _camera(now, when)
         if point == 0:
             seen, u, v = camera_pixel(camera, _ahead(camera, vec(path.d)))
         else:
@@ -57,6 +57,11 @@ def write_vector(scene, film, path, point, _):
 def _now(camera, path, point):
     p = _ahead(camera, vec(path.d)) if point == 0 else vec(shading_point_at(point, 0).p)
     return camera_pixel(camera, p)
+
+
+@device
+def _camera(now, when):
+    return now if now.around == 0 else camera_at(now.around, when)
 
 
 @inlined

@@ -6,6 +6,7 @@ from ..core.jit import device, inlined
 from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, PANORAMA_MIRROR_BALL
 from ..core.vec import add, cross, dot, is_black, length, madd, normalize, scale, sub, transform_point, transform_vector
 from .panorama import panorama_direction, panorama_place
+from .stereo import from_eye
 
 
 @device
@@ -25,6 +26,8 @@ def camera_ray(camera, x, y, lens_u, lens_v):
         o, d, near, dp, dd = _orthographic(camera, px, py, lens_u, lens_v)
     else:
         o, d, near, dp, dd = _perspective(camera, px, py, lens_u, lens_v)
+    if camera.eye != 0.0 and not is_black(d):
+        o, d = from_eye(camera, o, d)
     o = transform_point(camera.to_world, madd(o, d, near))
     return o, transform_vector(camera.to_world, d), dp + near * dd, dd
 
@@ -43,7 +46,8 @@ def camera_reach(camera, d):
 def camera_pixel(camera, p):
     """Where a point appears on the film, as seen from the middle of the lens: (seen, x, y), maybe beyond its edges.
 
-    seen: whether it lies in front of the camera (for a panorama: always). Inverse of `camera_ray` without a lens.
+    seen: whether it lies in front of the camera (for a panorama: always). Inverse of `camera_ray` without a lens, for
+    the eyes of a spherical stereo picture as if they were in the middle as well.
     """
     q = transform_point(camera.to_camera, p)
     if camera.kind == CAMERA_PANORAMA:

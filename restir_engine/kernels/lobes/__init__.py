@@ -2,7 +2,16 @@
 
 from .dispatch import bsdf_eval, bsdf_sample, label_pdf
 from .nodes import BSDF_NODES
-from .passes import bsdf_blur, bsdf_color, bsdf_has_eval, bsdf_normal, bsdf_roughness, denoise_features, is_blurred
+from .passes import (
+    bsdf_blur,
+    bsdf_color,
+    bsdf_has_eval,
+    bsdf_normal,
+    bsdf_roughness,
+    denoise_features,
+    graded_features,
+    is_blurred,
+)
 from .tables import lobe_tables
 
 __all__ = [
@@ -15,6 +24,7 @@ __all__ = [
     "bsdf_roughness",
     "bsdf_sample",
     "denoise_features",
+    "graded_features",
     "is_blurred",
     "label_pdf",
     "lobe_tables",

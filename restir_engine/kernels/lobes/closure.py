@@ -18,12 +18,12 @@ LOBE_REFLECTION = 10
 LOBE_ASHIKHMIN_SHIRLEY = 11
 LOBE_VELVET = 12
 LOBE_TOON_GLOSSY = 13
-LOBE_FIBRE_REFLECTION = 19  # a nine: a lobe of a fibre, see `fibre`
+LOBE_FIBRE = 18  # an eight or a nine: a lobe of a fibre, see `fibre`; this one is a whole fibre's
+LOBE_FIBRE_REFLECTION = 19
 LOBE_REFRACTION = 20
 LOBE_THIN_TRANSMISSION = 21
 LOBE_FIBRE_TRANSMISSION = 29
 LOBE_GLASS = 30
-LOBE_FIBRE = 39
 LOBE_TRANSPARENT = 40
 
 CLASS_DIFFUSE, CLASS_GLOSSY, CLASS_TRANSMISSION, CLASS_GLASS = 0, 1, 2, 3
@@ -76,7 +76,7 @@ def is_microfacet(kind):
 @device
 def is_fibre(kind):
     """Whether a lobe is that of a fibre, which scatters all around it, without a horizon."""
-    return kind % 10 == 9
+    return kind % 10 >= 8
 
 
 @device

@@ -2,7 +2,7 @@
 
 import math
 
-from ..core.jit import device
+from ..core.jit import device, inlined
 from ..core.records import closure_at
 from ..core.vec import add, average, is_black, madd, normalize, scale, vec
 from .albedo import microfacet_albedo
@@ -28,6 +28,7 @@ from .fibre import blur_fibre
 
 # Lobes rougher than this count as diffuse to the denoiser.
 _FEATURE_ALPHA_SQUARED = 0.075**2
+_GRADED_ALPHA = 0.15
 
 
 @device
@@ -157,3 +158,45 @@ def denoise_features(scene, sp):
     if total > 0.0:
         normal = scale(normal, 1.0 / total)
     return albedo, normal, specular, total == 0.0 or 4.0 * rough > total
+
+
+@device
+def graded_features(scene, sp):
+    """(albedo, normal, mirror-like albedo, what a path goes on with, roughness): a lobe is mirror-like by degrees.
+
+    The smoother it is, from α = 0.15 down, the more; and the more of the surface's lobes are, by sampling weight, the
+    less is told of the surface and the more of what is seen in it. What lies behind counts by what the surface lets
+    through. As Cycles from Blender 5.2 on.
+    """
+    albedo = specular = through = normal = (0.0, 0.0, 0.0)
+    total = opaque = smooth = rough = 0.0
+    for i in range(sp.n_closures):
+        c = closure_at(sp.closures, i)
+        total += c.sample_weight
+        r0, r1, r2, t0, t1, t2 = _albedo(scene, sp, c)
+        a = (r0 + t0, r1 + t1, r2 + t2)
+        if c.kind == LOBE_TRANSPARENT:
+            through = add(through, a)
+            continue
+        alpha = 1.0
+        if _has_alpha(c.kind):
+            alpha = math.sqrt(c.alpha_x * c.alpha_y)
+        mirrors = 1.0 - _smooth_step(alpha / _GRADED_ALPHA)
+        specular = madd(specular, a, mirrors)
+        albedo = madd(albedo, a, 1.0 - mirrors)
+        normal = madd(normal, vec(c.n), c.sample_weight)
+        opaque += c.sample_weight
+        smooth += mirrors * c.sample_weight
+        rough += math.sqrt(alpha) * c.sample_weight
+    if opaque <= 0.0:
+        return albedo, normal, specular, through, 0.0
+    seen_in_it = _smooth_step(2.0 * smooth / opaque - 1.0)
+    told = 1.0 - seen_in_it
+    onward = madd(through, specular, seen_in_it)
+    return scale(albedo, told), scale(normal, told / total), specular, onward, rough / opaque
+
+
+@inlined
+def _smooth_step(x):
+    x = min(max(x, 0.0), 1.0)
+    return x * x * (3.0 - 2.0 * x)

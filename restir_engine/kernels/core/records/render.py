@@ -36,6 +36,9 @@ FILM = record(
     "subsurface_multiple",
     "denoising_albedo",
     "denoising_normal",
+    "denoising_depth",
+    "denoising_specular",
+    "denoising_roughness",
     "mist",
     "vector",
     "vector_weight",
@@ -77,6 +80,7 @@ INTEGRATOR = record(
     ("mist_start", 1),  # m
     ("mist_density", 1),  # 1 / m
     ("mist_power", 1),
+    "graded_features",  # 1: of the denoiser, by `lobes.graded_features`
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
     "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.subsurface.method_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255

@@ -23,8 +23,12 @@ CAMERA = record(
     ("panorama", 4),  # from and to in x, and in y: longitude and latitude, or longitude and height (cylindrical)
     ("fisheye", 4),  # field of view (radians); lens, width and height of the sensor (mm)
     ("polynomial", 5),  # of a fisheye lens: angle to the axis by mm from the sensor's middle, negated
+    ("eye", 1),  # of spherical stereo: how far an eye is from the camera, to the right; 0: there is none
+    ("convergence", 1),  # distance at which the rays of both eyes meet, 0: they are parallel
+    ("pole_merge", 2),  # latitudes between which the eyes draw together; the latter 0: they do not
     "n_steps",  # of `steps`, at even distances from the shutter's opening to its closing; 0: the camera stands still
     "steps",  # CAMERA_STEP [n_steps]
+    "around",  # CAMERA [2]: a frame before and after, for the pass Vector; 0: it stands still
 )
 camera_at = record_at(CAMERA)
 CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA = 0, 1, 2
@@ -56,7 +60,6 @@ VECTORS = record(  # of the frames before and after, for the pass Vector
     "rows",  # int32 [n_instances], where an instance's matrices stand, -1: it does not move
     "matrices",  # MATRIX [rows, 2], object to world
     "shapes",  # int64 [n_meshes]: addresses of float32 [2, vertices, 3], 0: it does not deform
-    "cameras",  # CAMERA [2]
 )
 vectors_at = record_at(VECTORS)
 MATRIX = record(("m", 12))
