@@ -188,6 +188,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "extra_transparent": bpy.app.version < (5, 0, 0),
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "mist": mist(scene.world),
+            "occlusion_distance": scene.world.light_settings.distance if scene.world else 10.0,
             "sss_irradiance_cache": own.sss_irradiance_cache and not is_blurred(scene, view_layer),
             "passes": delivered_passes(scene, view_layer)
             - ({"Vector", "Vector Weight"} if is_blurred(scene, view_layer) else set()),

@@ -45,6 +45,9 @@ FILM = record(
     "crypto_object",
     "crypto_material",
     "crypto_asset",
+    "ambient_occlusion",
+    "roughness",
+    "surroundings",
     "aovs",  # the first channel of what programs write, see kernels.film.surface_passes.write_aovs
     "alpha",  # what paths see of what is behind the picture: Combined's last channel
     "caught",  # light of paths that a shadow catcher has caught, see integrators.path.catchers
@@ -54,6 +57,7 @@ FILM = record(
     "data_passes",
     "summed",  # so many floats of a pixel are sums; behind them are slots
     "crypto_slots",  # a kind
+    "more_data",  # code for data passes that few ask for, see kernels.film.more_data; 0: none of them is wanted
 )
 film_at = record_at(FILM)
 
@@ -77,6 +81,7 @@ INTEGRATOR = record(
     ("mist_start", 1),  # m
     ("mist_density", 1),  # 1 / m
     ("mist_power", 1),
+    ("occlusion_distance", 1),  # how far the pass Ambient Occlusion looks
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
     "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.subsurface.method_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255
