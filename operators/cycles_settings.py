@@ -34,6 +34,7 @@ COPIED = {
     "film_exposure": "film_exposure",
     "pixel_filter_type": "pixel_filter",
     "filter_width": "filter_width",
+    "bake_type": "bake_type",
 }
 # Copied only when the artist has set them, since Cycles' defaults mean something else: its 4096 samples are a bound
 # that its threshold seldom lets it reach.

@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -46,17 +47,17 @@ class RestirEngine(bpy.types.RenderEngine):
         super().__init__(*args, **kwargs)
         self.scene = None
         self.views = None
+        self.images = 0  # that have been baked of it
         self.settings = None
         self.view = None
 
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows into a scene of our own."""
-        self.scene = None
+        self.scene, self.images = None, 0
+        if not self.resolution_x:  # Blender bakes: of what, it tells later
+            return
         with failures_told(self, "The scene could not be read"):
-            problem = requirements.problem()
-            if problem:
-                raise SceneError(problem)
-            configure_cache()
+            self._begin()
             if self._delivers_file(depsgraph):
                 return
             self.update_stats("", "Reading the scene")
@@ -79,6 +80,13 @@ class RestirEngine(bpy.types.RenderEngine):
             frames = None if self.is_preview else Frames(self.frame_set, self.test_break)
             self.views = Views(self)
             self.scene = read_scene(depsgraph, self.settings, meshes=self.kept.meshes, frames=frames, views=self.views)
+
+    def _begin(self) -> None:
+        """Find what rendering needs."""
+        problem = requirements.problem()
+        if problem:
+            raise SceneError(problem)
+        configure_cache()
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Render what `update` read."""
@@ -138,6 +146,42 @@ class RestirEngine(bpy.types.RenderEngine):
                 self._stamp(layer.fields)
                 deliver(self, result, delivered)
             report_warnings(self, depsgraph.scene, layer.warnings)
+
+    def bake(
+        self, depsgraph: bpy.types.Depsgraph, item: bpy.types.Object, kind: str, parts: int, width: int, height: int
+    ) -> None:
+        """Render an object's surface into the pixels of an image; of several, one after the other, and no other."""
+        with failures_told(self, "The bake stopped"):
+            self._begin()
+            self.update_stats("", "Reading the scene")
+            from .baking import bake_picture, bake_settings, jitters
+            from .session import Session
+            from .sync.bake import chosen_parts, read_baked, read_texels
+            from .sync.kept import Kept
+
+            scene, parts = depsgraph.scene, chosen_parts(parts)
+            settings = bake_settings(properties.render_settings(scene, depsgraph.view_layer_eval), kind, parts)
+            if scene.restir.integrator != settings.integrator:
+                log.info("Bakes are path traced")
+            if self.scene is None:
+                self.kept = Kept()  # for this object's images
+                self.scene = read_baked(depsgraph, settings, item, kind, self.kept.meshes)
+            described, instance = self.scene
+            self.images += 1  # Blender finds the image that a result is for by the name of its layer
+            result = self.begin_result(0, 0, width, height, layer=f"{depsgraph.view_layer.name} {self.images}")
+            from_camera = scene.render.bake.view_from == "ACTIVE_CAMERA"
+            texels = read_texels(result, instance, jitters(kind, settings), from_camera)
+            camera = replace(described.camera, texels=texels)
+            session = Session(described, settings, camera, trees=self.kept.trees)
+            try:
+                session.render(self.test_break, Display(self, result).status)
+            finally:
+                self.scene = session.scene, instance
+                if session.film.samples:
+                    picture = bake_picture(session, kind, parts)
+                    result.layers[0].passes["Combined"].rect.foreach_set(picture.ravel())
+                self.end_result(result, cancel=not session.film.samples)
+                report_warnings(self, scene, session.scene.warnings)
 
     def _name_mattes(self, session, layer: str) -> None:
         """Tell with the picture which names the ids of its Cryptomattes stand for."""

@@ -9,10 +9,22 @@ import numpy as np
 
 from .kernels.core import records as rec
 from .kernels.core.memory import address
+from .kernels.film.more_data import more_data
 from .scene.cryptomatte import KINDS
 from .scene.record_owner import RecordOwner
-from .settings import BARE_CATCHER, CATCHER_BACKDROP, NOISY_IMAGE, SAMPLE_COUNT, SHADOW_CATCHER, Pass
+from .settings import (
+    BARE_CATCHER,
+    CATCHER_BACKDROP,
+    NOISY_IMAGE,
+    PASS_BY_NAME,
+    ROUGHNESS,
+    SAMPLE_COUNT,
+    SHADOW_CATCHER,
+    SURROUNDINGS,
+    Pass,
+)
 
+MORE_DATA = [PASS_BY_NAME[name] for name in ("Ambient Occlusion", ROUGHNESS, SURROUNDINGS)]
 FAR = 1.0e10  # depth of the background, as Cycles gives it
 
 
@@ -60,7 +72,7 @@ class Film(RecordOwner):
         record["alpha"] = record["combined"] + 3
         record["aovs"] = next((self._offsets[item.name] for item in self.passes if item.aov), -1)
         record["groups"] = next((self._offsets[item.name] for item in self.passes if item.light_group), -1)
-        record["active"] = record["light_groups"] = 0
+        record["active"] = record["light_groups"] = record["more_data"] = 0
         record["light_passes"] = any(item.light and item.field.endswith("direct") for item in self.passes)
         record["summed"] = sum(len(item.channels) for item in self.passes if not item.slots)
         record["crypto_slots"] = 2 * max(map(len, self._slots.values()))
@@ -81,7 +93,7 @@ class Film(RecordOwner):
             record[field] = -1
         for field in ("pixels", "width", "height", "channels", "active"):
             record[field] = self._record[field]
-        for field in ("light_passes", "data_passes", "summed", "crypto_slots", "light_groups"):
+        for field in ("light_passes", "data_passes", "summed", "crypto_slots", "light_groups", "more_data"):
             record[field] = 0
         record["caught"] = self._offsets[name]
         if name == BARE_CATCHER:
@@ -103,6 +115,15 @@ class Film(RecordOwner):
         """Tell kernels what belongs to which light group, where there are passes of them; LIGHT_GROUPS (1,)."""
         if self.has_light_groups:
             self._record[0]["light_groups"] = address(table)
+
+    def take_no_more(self) -> None:
+        """Let paths end at the first surface that lets nothing through; Combined stays black."""
+        self._record[0]["combined"] = -1
+
+    def load_code(self) -> None:
+        """Compile or load what only some passes need."""
+        if any(self._record[0][item.field] >= 0 for item in MORE_DATA):
+            self._record[0]["more_data"] = more_data.address
 
     def count_pixels(self) -> None:
         """Count the samples of each pixel from now on; all are active."""
@@ -129,6 +150,11 @@ class Film(RecordOwner):
         """The accumulated values of a pass, a view (height, width, channels)."""
         start = self._offsets[name]
         return self.pixels[:, :, start : start + len(self._by_name[name].channels)]
+
+    def mean(self, name: str) -> np.ndarray:
+        """The mean of a pass over the samples, float32 (height, width, channels), not divided by its colour."""
+        exposure = self.exposure if self._by_name[name].light else 1.0
+        return self.sums(name) * (np.float32(exposure) / self._samples_of_pixels())
 
     def pass_array(self, name: str) -> np.ndarray:
         """A pass as Blender wants it: float32 (height, width, channels), rows bottom to top."""

@@ -281,6 +281,29 @@ SCENE_OPTIONS: dict[str, Option] = {
     "filter_width": Option(
         "Width", "Width of the pixel filter. A larger one is softer", min=0.01, soft_max=4.0, max=10.0, unit="PIXEL"
     ),
+    "bake_type": Option(
+        "Bake Type",
+        "What the Bake button renders into the images or color attributes of objects",
+        choices=(
+            ("COMBINED", "Combined", "All light that the surface sends on, or chosen parts of it"),
+            (
+                "AO",
+                "Ambient Occlusion",
+                "How open the surroundings are, up to the world's distance of ambient occlusion",
+            ),
+            ("SHADOW", "Shadow", "The factor by which other objects darken or brighten the surface"),
+            ("POSITION", "Position", "Where the surface is in the world"),
+            ("NORMAL", "Normal", "Where the surface looks, bumps included"),
+            ("UV", "UV", "Coordinates of the UV map for rendering"),
+            ("ROUGHNESS", "Roughness", "Roughness of what reflects or refracts"),
+            ("EMIT", "Emission", "Light that the surface gives off itself"),
+            ("ENVIRONMENT", "Environment", "The world in the direction from the origin to each point of the surface"),
+            ("DIFFUSE", "Diffuse", "Light that is reflected diffusely, its color, or both"),
+            ("GLOSSY", "Glossy", "Light that is reflected by glossy surfaces, its color, or both"),
+            ("TRANSMISSION", "Transmission", "Light that is let through, its color, or both"),
+        ),
+        default="COMBINED",
+    ),
     "threads": Option(
         "Threads",
         "Processor threads that a render uses. 0: all that the machine has, or as many as Blender is set to",

@@ -20,11 +20,11 @@ from .options import MATERIAL_OPTIONS, SCENE_OPTIONS, VIEW_LAYER_OPTIONS, Option
 from .reuse_settings import OPTIONS, ReuseSettings
 from .scene.cryptomatte import KINDS
 from .settings import (
+    DENOISING_ROUGHNESS,
     MAX_CRYPTOMATTES,
     MOST_LIGHT_GROUPS,
     NOISY_IMAGE,
     PASSES,
-    ROUGHNESS,
     SPECULAR_ALBEDO,
     Aov,
     Mist,
@@ -113,7 +113,7 @@ def _sss_after_diffuse(choice: str) -> str:
 
 def enabled_passes(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> frozenset[str]:
     """Names of the passes that a scene's view layer asks for; Combined is always one of them."""
-    unknown = set() if GRADED else {SPECULAR_ALBEDO, ROUGHNESS}
+    unknown = set() if GRADED else {DENOISING_ROUGHNESS, SPECULAR_ALBEDO}
     if not scene.restir.use_denoising:
         unknown.add(NOISY_IMAGE)
     depth = (view_layer.pass_cryptomatte_depth + 1) // 2
@@ -196,6 +196,7 @@ def render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> 
             "graded_features": GRADED,
             "pass_alpha_threshold": view_layer.pass_alpha_threshold,
             "mist": mist(scene.world),
+            "occlusion_distance": scene.world.light_settings.distance if scene.world else 10.0,
             "sss_irradiance_cache": own.sss_irradiance_cache and not is_blurred(scene, view_layer),
             "passes": delivered_passes(scene, view_layer)
             - ({"Vector", "Vector Weight"} if is_blurred(scene, view_layer) else set()),

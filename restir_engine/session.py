@@ -127,6 +127,8 @@ class Session:
             width, height, required_passes(*asked, catchers), settings.film_exposure, settings.film_transparent
         )
         self.film.shows_catchers &= not settings.is_part
+        if settings.first_surface_only:
+            self.film.take_no_more()
         self.denoised: np.ndarray | None = None
         self._cancel = threading.Event()
 

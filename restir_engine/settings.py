@@ -72,6 +72,7 @@ class RenderSettings:
     film_exposure: float = 1.0
     pass_alpha_threshold: float = 0.5
     mist: Mist = field(default_factory=Mist)
+    occlusion_distance: float = 10.0  # m, how far the pass Ambient Occlusion looks
     use_denoising: bool = False
     denoising_quality: str = "HIGH"  # FAST, BALANCED, HIGH
     use_adaptive_sampling: bool = False
@@ -80,6 +81,7 @@ class RenderSettings:
     reuse: ReuseSettings = field(default_factory=ReuseSettings)  # RESTIR
     passes: frozenset[str] = frozenset({"Combined"})
     aovs: tuple[Aov, ...] = ()
+    first_surface_only: bool = False  # nothing is asked for but what the first surface is, and gives off itself
     light_groups: tuple[str, ...] = ()  # of the view layer, at most MOST_LIGHT_GROUPS
 
     @property
@@ -180,7 +182,8 @@ def _cryptomattes(kind: str) -> list[Pass]:
 SAMPLE_COUNT = "Debug Sample Count"  # as Cycles names it
 NOISY_IMAGE = "Noisy Image"  # Combined before it is denoised
 # There where `graded_features` is: both or neither.
-SPECULAR_ALBEDO, ROUGHNESS = "Denoising Specular Albedo", "Denoising Roughness"
+SPECULAR_ALBEDO, DENOISING_ROUGHNESS = "Denoising Specular Albedo", "Denoising Roughness"
+ROUGHNESS, SURROUNDINGS = "Roughness", "Surroundings"
 # Light on shadow catchers; without what is no catcher; and the world behind them, by which Combined shows them.
 SHADOW_CATCHER, BARE_CATCHER, CATCHER_BACKDROP = "Shadow Catcher", "Bare Catcher", "Catcher Backdrop"
 
@@ -202,6 +205,10 @@ PASSES: tuple[Pass, ...] = (
     Pass("Volume Indirect", "VolumeInd", "volume_indirect", "RGB", "COLOR", "", own="use_pass_volume", light=True),
     Pass("Emission", "Emit", "emission", "RGB", "COLOR", "use_pass_emit", light=True),
     Pass("Environment", "Env", "environment", "RGB", "COLOR", "use_pass_environment", light=True),
+    Pass("Ambient Occlusion", "AO", "ambient_occlusion", "RGB", "COLOR", "use_pass_ambient_occlusion"),
+    # Of bakes: the roughness of what is opaque; the world in the direction of the surface's place from the origin.
+    Pass(ROUGHNESS, ROUGHNESS, "roughness", "X", "VALUE", ""),
+    Pass(SURROUNDINGS, SURROUNDINGS, "surroundings", "RGB", "COLOR", ""),
     # Light that was scattered below a surface; by what happened there at the first time, however the path went on.
     *(_subsurface(part) for part in ("", "Boundary", "Single", "Multiple")),
     # V̄ by channel, and the share of the samples that have one; both by all samples (associated alpha).
@@ -223,7 +230,7 @@ PASSES: tuple[Pass, ...] = (
     Pass("Denoising Normal", "Denoising Normal", "denoising_normal", "XYZ", "VECTOR", "", own="use_pass_denoising"),
     Pass("Denoising Depth", "Denoising Depth", "denoising_depth", "Z", "VALUE", "", own="use_pass_denoising"),
     Pass(SPECULAR_ALBEDO, SPECULAR_ALBEDO, "denoising_specular", "RGB", "COLOR", "", own="use_pass_denoising"),
-    Pass(ROUGHNESS, ROUGHNESS, "denoising_roughness", "X", "VALUE", "", own="use_pass_denoising"),
+    Pass(DENOISING_ROUGHNESS, DENOISING_ROUGHNESS, "denoising_roughness", "X", "VALUE", "", own="use_pass_denoising"),
     Pass(NOISY_IMAGE, NOISY_IMAGE, "", "RGBA", "COLOR", "", own="use_pass_denoising"),
     # Last, since they are no sums.
     *(item for kind in KINDS for item in _cryptomattes(kind)),

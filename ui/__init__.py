@@ -2,10 +2,16 @@
 
 import bpy
 
-from . import data_panels, light_groups, material_panels, preferences, render_panels
+from . import bake_panels, data_panels, light_groups, material_panels, preferences, render_panels
 from .shared import set_compatible
 
-CLASSES = (*render_panels.CLASSES, *material_panels.CLASSES, *data_panels.CLASSES, *light_groups.CLASSES)
+CLASSES = (
+    *render_panels.CLASSES,
+    *bake_panels.CLASSES,
+    *material_panels.CLASSES,
+    *data_panels.CLASSES,
+    *light_groups.CLASSES,
+)
 
 
 def register() -> None:

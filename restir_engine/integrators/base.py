@@ -71,6 +71,7 @@ class Integrator:
     ) -> None:
         scene = context.scene
         film.know_light_groups(scene.light_groups)
+        film.load_code()
         self._table = filter_table(settings.pixel_filter, settings.filter_width)
         self.record = integrator_record(settings, self._table)
         self.cache = None
@@ -162,6 +163,7 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     r["graded_features"] = settings.graded_features
     mist = settings.mist
     r["mist_start"], r["mist_density"], r["mist_power"] = mist.start, 1.0 / max(mist.depth, 1e-30), mist.power
+    r["occlusion_distance"] = settings.occlusion_distance
     r["after_diffuse"] = (
         (0 if settings.caustics_reflective else RAY_NO_REFLECTION)
         | (0 if settings.caustics_refractive else RAY_NO_REFRACTION)

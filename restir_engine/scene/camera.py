@@ -11,6 +11,7 @@ from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from .instances import inverse
 from .motion import decompose
+from .texels import Texels
 
 # By the names that Blender gives them; for one of the fisheye lenses see `Camera.fisheye`.
 PROJECTIONS = {
@@ -59,6 +60,7 @@ class Camera:
     eye: float = 0.0
     convergence: float = 0.0
     pole_merge: tuple[float, float] = (0.0, 0.0)
+    texels: Texels | None = None  # a surface that is baked: pixels are its, and none of the frame's
     steps: tuple[Camera, ...] = ()  # the same at even distances of time while the shutter is open; (): it stands still
 
     around: tuple[Camera, Camera] | None = None  # the same a frame before and after, for the pass Vector
@@ -72,7 +74,9 @@ class Camera:
 
     @property
     def film_size(self) -> tuple[int, int]:
-        """Width and height of the rendered region."""
+        """Width and height of the rendered region, or of what is baked."""
+        if self.texels:
+            return self.texels.size
         return self.region[2:] if self.region else (self.width, self.height)
 
     @property
@@ -93,6 +97,8 @@ class Camera:
 
     def origins(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner, (3,) each, of a box that contains the origins of all rays."""
+        if self.texels:
+            return np.full(3, -np.inf), np.full(3, np.inf)
         corner = math.hypot(max(map(abs, self.screen[:2])), max(map(abs, self.screen[2:])))
         reach = self.clip_start * math.hypot(1.0, corner if self.kind == "PERSP" else 0.0)
         reach += (corner if self.kind == "ORTHO" else 0.0) + self.aperture / min(max(self.aperture_ratio, 1e-6), 1.0)
@@ -133,6 +139,7 @@ class Camera:
         result["n_steps"], result["steps"] = len(self.steps), address(self._table)
         result["around"] = address(self._around) if self.around else 0
         result["pole_merge"] = self.pole_merge
+        result["texels"] = self.texels.address if self.texels else 0
         result["aperture_ratio"] = max(self.aperture_ratio, 1e-6)
         for name in ("screen", "clip_start", "clip_end", "aperture", "focus_distance", "blades", "blade_rotation"):
             result[name] = getattr(self, name)

@@ -79,13 +79,14 @@ def read_scene(
     space=None,
     frames: Frames | None = None,
     views: Views | None = None,
+    baked=None,
 ) -> SceneDescription:
     """Everything that `depsgraph` shows, read but not yet committed: the rest needs no bpy.
 
     views: who looks, where that is not the scene's camera; or a camera alone. meshes: those that earlier frames have
     read. materials: gives the programs for a description. space: the 3D view that shows it.
-    frames: how other times are read, for motion blur; None: nothing is blurred. Raises SceneError where no picture can
-    come of it.
+    frames: how other times are read, for motion blur; None: nothing is blurred. baked: an object with the faces that
+    Blender bakes, which are not subdivided. Raises SceneError where no picture can come of it.
     """
     meshes = MeshCache() if meshes is None else meshes
     views = views or Views()
@@ -104,7 +105,7 @@ def read_scene(
             frames.show(blur.middle)
         scene.cameras = (camera,) if camera else views.cameras(depsgraph, scene.warnings)
         note_scene(depsgraph, scene.warnings)
-        reader = _Reader(scene, depsgraph, settings, meshes, materials(scene), space, blur)
+        reader = _Reader(scene, depsgraph, settings, meshes, materials(scene), space, blur, baked)
         reader.read()
         sync_world(scene, depsgraph, reader.materials)
         reader.materials.compiled()
@@ -171,6 +172,7 @@ class _Reader:
         materials: Materials,
         space,
         blur: Blur | None,
+        baked,
     ) -> None:
         self.scene = scene
         self._blur = blur
@@ -183,6 +185,7 @@ class _Reader:
         self.culling = Culling(depsgraph.scene_eval, scene.camera)
         self.materials = materials
         self._space = space
+        self._baked = baked
         self._linking = receivers(), blockers()
         self._lamp_rules: list[tuple[int, int]] = []
         self._is_render = depsgraph.mode == "RENDER"
@@ -374,7 +377,7 @@ class _Reader:
             with readable(item, data, self.depsgraph) as source:
                 mesh = self._cache.read(self.scene, source, changes_shape(item, data), place)
         modifier = adaptive_modifier(item, self.depsgraph)
-        if mesh is not None and modifier is not None:
+        if mesh is not None and modifier is not None and item != self._baked:
             with readable(item, data, self.depsgraph) as source:
                 mesh = diced(self.scene, item, source, mesh, modifier, self.depsgraph)
         return mesh

@@ -37,7 +37,6 @@ WITH_LIGHT_GROUPS = (
 )
 PASSES = (
     LeftOut("use_pass_shadow", "Shadow"),
-    LeftOut("use_pass_ambient_occlusion", "Ambient Occlusion"),
     LeftOut("use_pass_subsurface_direct", "Subsurface Direct"),
     LeftOut("use_pass_subsurface_indirect", "Subsurface Indirect"),
     LeftOut("use_pass_subsurface_color", "Subsurface Color"),

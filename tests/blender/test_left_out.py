@@ -41,7 +41,7 @@ def set_all(scene, paths):
         (["render.use_freestyle"], "Freestyle"),
         (["cycles.use_fast_gi"], "Fast GI"),
         (["cycles.shading_system"], "Open Shading Language"),
-        (["LAYER.use_pass_shadow", "LAYER.use_pass_ambient_occlusion"], "Shadow, Ambient Occlusion"),
+        (["LAYER.use_pass_shadow", "LAYER.use_pass_subsurface_color"], "Shadow, Subsurface Color"),
         (["LAYER.cycles.use_pass_shadow_catcher"], "Shadow Catcher"),
         (["LAYER.cycles.denoising_store_passes"], "Denoising Data"),
     ],

@@ -27,9 +27,10 @@ class Layout:
     def label(self, text: str, **_options) -> None:
         self.drawn.append(text)
 
-    def operator(self, name: str, **_options) -> None:
-        assert name.startswith(("restir.", "scene.view_layer_"))
+    def operator(self, name: str, **_options) -> SimpleNamespace:
+        assert name.startswith(("restir.", "scene.view_layer_", "object.bake"))
         self.drawn.append(name)
+        return SimpleNamespace()
 
     def operator_menu_enum(self, name: str, prop: str, **_options) -> None:
         self.drawn.append(prop)
@@ -153,6 +154,8 @@ def test_settings_come_from_properties_one_to_one(scene):
         "film_transparent_roughness",
         "pass_alpha_threshold",
         "mist",
+        "occlusion_distance",
+        "first_surface_only",
         "passes",
         "aovs",
         "light_groups",
@@ -161,7 +164,7 @@ def test_settings_come_from_properties_one_to_one(scene):
         "graded_features",
     }
     of_previews = {"preview_samples", "preview_sss_method", "use_preview_denoising"}
-    assert own - fields == {"use_animated_seed", "is_initialized", "film_from", *of_previews}
+    assert own - fields == {"use_animated_seed", "is_initialized", "film_from", "bake_type", *of_previews}
     scene.restir.clamp_direct, scene.restir.pixel_filter, scene.restir.seed = 3.0, "BOX", 5
     scene.render.film_transparent, scene.frame_current = True, 4
     settings = render_settings(scene, bpy.context.view_layer)

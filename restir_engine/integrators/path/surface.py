@@ -51,7 +51,7 @@ def meet_surface(scene, integrator, film, scratch, path, sp, t, instance, primit
     if weight == 0.0:
         return ENDS
     put(path.throughput, scale(vec(path.throughput), weight))
-    surface_passes(scene, integrator, film, path, sp)
+    surface_passes(scene, integrator, film, scratch, path, sp)
     return light_or_leave(integrator, film, path, sp)
 
 

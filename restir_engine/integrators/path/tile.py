@@ -4,7 +4,7 @@ from ...kernels.core import rng
 from ...kernels.core.jit import kernel
 from ...kernels.core.records import CAMERA, FILM, INTEGRATOR, SCENE, tile_camera, tile_scene
 from ...kernels.film.frame_pixels import is_active
-from ...kernels.path.state import GOES_ON, start_path
+from ...kernels.path.state import start_path
 from .trace import trace_path
 
 
@@ -24,6 +24,6 @@ def render_tile(
             for sample in range(first_sample, first_sample + samples):
                 if whole.caught != 0:
                     scene = tile_scene(whole, scratch, 0)
-                if start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
-                    trace_path(scene, camera, integrator, film, scratch, GOES_ON, 1)
+                event = start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y)
+                trace_path(scene, camera, integrator, film, scratch, event, 1)
     return (x1 - x0) * (y1 - y0) * samples

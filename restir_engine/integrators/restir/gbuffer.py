@@ -23,7 +23,7 @@ from ...kernels.film.frame_pixels import clear_pixel, is_active
 from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
 from ...kernels.lobes import bsdf_has_eval
 from ...kernels.lobes.closure import LOBE_SUBSURFACE
-from ...kernels.path.state import ENDS, SHADES, start_path
+from ...kernels.path.state import ENDS, GOES_ON, SHADES, start_path
 from ..path.bounce import bounce
 from ..path.trace import trace_ray
 from ..path.vertex import arrive
@@ -43,10 +43,13 @@ def _is_lit(sp):
 
 
 @inlined
-def _first_vertex(scene, camera, integrator, film, scratch, path, sp):
-    """Follow the path to the first vertex that is lit; False when it ends before."""
+def _first_vertex(scene, camera, integrator, film, scratch, path, sp, event):
+    """Follow the path, whose first event this is, to the first vertex that is lit; False when it ends before."""
+    if event == ENDS:
+        return False
     while True:
-        trace_ray(scene, camera, scratch, path)
+        if event == GOES_ON:
+            trace_ray(scene, camera, scratch, path)
         event = arrive(scene, camera, integrator, film, scratch, path, sp)
         if event == SHADES:
             if _is_lit(sp):
@@ -79,9 +82,9 @@ def gbuffer_tile(
             if not is_active(film, x, y):
                 continue
             key = rng.key(integrator.seed, x, y, 0)
-            has_ray = start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y)
+            event = start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y)
             path.mean_visibility = frame.mean_visibilities + MEAN_VISIBILITY_BYTES * index
-            if not has_ray or not _first_vertex(scene, camera, integrator, film, scratch, path, sp):
+            if not _first_vertex(scene, camera, integrator, film, scratch, path, sp, event):
                 continue
             if used + sp.n_closures <= capacity:
                 closures = pool + CLOSURE_BYTES * used

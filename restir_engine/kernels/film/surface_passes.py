@@ -1,7 +1,7 @@
 """Passes that describe the first surface, or the first medium: data, colours of lobes, the denoiser's features."""
 
 from ..core.jit import device, inlined
-from ..core.memory import record_address, store_f32
+from ..core.memory import call_entry, record_address, store_f32
 from ..core.records import CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA, camera_at, instance_at, material_at
 from ..core.vec import average, is_black, length, mul, put, scale, store3_f32, transform_point, transform_vector, vec
 from ..geometry.attributes import attribute
@@ -13,11 +13,14 @@ from .vectors import add_vector
 
 
 @inlined
-def surface_passes(scene, integrator, film, path, sp):
+def surface_passes(scene, integrator, film, scratch, path, sp):
     """Describe the surface at sp, if the path is the first to see one, as the camera does in the shutter's middle."""
     camera = camera_at(scene.camera, 0)
     if film.data_passes > 0 and path.background_visible > 0:
         _data_passes(scene, camera, integrator, film, path, sp)
+        if film.more_data != 0:
+            records = record_address(scene), record_address(integrator), record_address(film)
+            call_entry(film.more_data, records[0], records[1], records[2], scratch, 0)
     if film.denoising_albedo >= 0 and path.denoise > 0:
         _feature_passes(scene, camera, integrator, film, path, sp)
 

@@ -34,7 +34,12 @@ def camera_ray(camera, x, y, lens_u, lens_v):
 
 @device
 def camera_reach(camera, d):
-    """How far a ray of `camera_ray` with direction d goes before the far clipping plane (for a panorama: sphere)."""
+    """How far a ray of `camera_ray` with direction d goes before the far clipping plane (for a panorama: sphere).
+
+    Where a surface is baked: nowhere, so that nothing is seen through it.
+    """
+    if camera.texels != 0:
+        return 0.0
     reach = camera.clip_end - camera.clip_start
     if camera.kind != CAMERA_PANORAMA:
         cosine = -(d[0] * camera.to_world[2] + d[1] * camera.to_world[6] + d[2] * camera.to_world[10])

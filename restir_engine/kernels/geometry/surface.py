@@ -190,6 +190,8 @@ def shadow_origin(scene, sp, wi):
     mesh = mesh_at(scene.meshes, sp.mesh)
     if not is_smooth(mesh, sp.primitive):
         return o
+    # On the side of the curved surface; in a corner that does not lift it, the flat one's may be inside the body.
+    o = madd(vec(sp.p), vec(sp.ng), side * sp.error)
     amount = 2.0 - (cos_g + cos_n) / limit if cos_n < limit else 1.0 - cos_g / limit
     if amount <= 0.0:
         return o

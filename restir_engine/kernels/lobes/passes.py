@@ -79,9 +79,7 @@ def bsdf_roughness(sp):
             value = math.sqrt(math.sqrt(c.alpha_x * c.alpha_y))
         elif c.kind in (LOBE_OREN_NAYAR, LOBE_ROUGH_TRANSLUCENT):
             value = c.p[5]
-        elif c.kind == LOBE_TRANSPARENT:
-            value = 0.0
-        elif pass_class(c.kind) == CLASS_DIFFUSE:
+        elif c.kind == LOBE_TRANSPARENT or pass_class(c.kind) == CLASS_DIFFUSE:
             continue
         else:
             value = 1.0

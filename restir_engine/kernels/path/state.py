@@ -28,6 +28,7 @@ from ..geometry.camera import camera_ray
 from ..geometry.leaving import run_up
 from ..lights.linking import SEES_ALL
 from ..lobes.closure import LABEL_DIFFUSE, LABEL_GLOSSY, LABEL_REFLECT, LABEL_SINGULAR
+from .baked import start_on_surface
 from .shutter import set_time, shutter_time
 
 FAR = 1.0e30
@@ -44,8 +45,8 @@ LAST, LAST_BEFORE_SURFACE = 1, 2
 # where it stands is to be lit by light samples, or has been, and scatters the path; light goes on below that surface.
 ENDS, GOES_ON, ARRIVES, SHADES, LIT, ENTERS = 0, 1, 2, 3, 4, 5
 
-# Random dimensions: those of the camera, then DIMENSIONS for each vertex of the path.
-DIM_FILTER, DIM_LENS, DIM_TIME, DIM_FIRST_VERTEX = 0, 1, 2, 4
+# Random dimensions: those of the camera, one of data passes, then DIMENSIONS for each vertex of the path.
+DIM_FILTER, DIM_LENS, DIM_TIME, DIM_DATA, DIM_FIRST_VERTEX = 0, 1, 2, 3, 4
 DIM_LIGHT, DIM_LIGHT_POINT, DIM_LOBE, DIM_DIRECTION, DIM_ROULETTE, DIMENSIONS = 0, 1, 2, 3, 4, 5
 
 
@@ -60,7 +61,11 @@ def filter_offset(table, u):
 
 @inlined
 def start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
-    """Reset the PATH record to a camera ray through pixel (x, y); scene and camera, the tile's own, go to its time."""
+    """Reset the PATH record to one that the pixel (x, y) begins with, and return its first event.
+
+    GOES_ON: with a camera ray. ARRIVES: on a surface that is baked. Or ENDS. Scene and camera, the tile's own, go to
+    the path's time.
+    """
     path = path_at(scratch + SCRATCH_PATH, 0)
     clear_record(path)
     path.pixel = pixel
@@ -78,6 +83,8 @@ def start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
     if scene.shutter != 0:
         path.time = shutter_time(shutter_at(scene.shutter, 0), camera, rng.sample1(key, sample, DIM_TIME), y)
         set_time(scene, camera, path.time)
+    if camera.texels != 0:
+        return ARRIVES if start_on_surface(scene, camera, integrator, scratch, path, x, y) else ENDS
     u, v = rng.sample2(key, sample, DIM_FILTER)
     lens_u, lens_v = 0.0, 0.0
     if camera.aperture > 0.0:
@@ -89,7 +96,7 @@ def start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
     put(path.d, d)
     path.dp = dp
     path.dd = dd
-    return not is_black(d)
+    return ENDS if is_black(d) else GOES_ON
 
 
 @inlined

@@ -48,6 +48,9 @@ FILM = record(
     "crypto_object",
     "crypto_material",
     "crypto_asset",
+    "ambient_occlusion",
+    "roughness",
+    "surroundings",
     "aovs",  # the first channel of what programs write, see kernels.film.surface_passes.write_aovs
     "alpha",  # what paths see of what is behind the picture: Combined's last channel
     "caught",  # light of paths that a shadow catcher has caught, see integrators.path.catchers
@@ -57,6 +60,7 @@ FILM = record(
     "data_passes",
     "summed",  # so many floats of a pixel are sums; behind them are slots
     "crypto_slots",  # a kind
+    "more_data",  # code for data passes that few ask for, see kernels.film.more_data; 0: none of them is wanted
 )
 film_at = record_at(FILM)
 
@@ -81,6 +85,7 @@ INTEGRATOR = record(
     ("mist_density", 1),  # 1 / m
     ("mist_power", 1),
     "graded_features",  # 1: of the denoiser, by `lobes.graded_features`
+    ("occlusion_distance", 1),  # how far the pass Ambient Occlusion looks
     "after_diffuse",  # RAY_NO_REFLECTION, …, RAY_BURLEY_DIFFUSE: what is off after a diffuse bounce
     "scatter",  # int64: code of subsurface scattering and what it needs, see kernels.subsurface.method_table
     "max_scatters",  # scattering events that a random walk may have, with one more it ends unseen; -1: Cycles' 255

@@ -29,6 +29,7 @@ CAMERA = record(
     "n_steps",  # of `steps`, at even distances from the shutter's opening to its closing; 0: the camera stands still
     "steps",  # CAMERA_STEP [n_steps]
     "around",  # CAMERA [2]: a frame before and after, for the pass Vector; 0: it stands still
+    "texels",  # TEXELS: pixels are points of a surface, which is baked; 0: they are what the camera sees
 )
 camera_at = record_at(CAMERA)
 CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC, CAMERA_PANORAMA = 0, 1, 2
@@ -44,6 +45,17 @@ CAMERA_STEP = record(  # what of a camera changes while the shutter is open
     ("focus_distance", 1),
 )
 camera_step_at = record_at(CAMERA_STEP)
+
+TEXELS = record(  # the points of one instance's surface that the pixels of a film stand for
+    "instance",
+    "width",
+    "primitives",  # int32 [height, width], triangles; below 0: none
+    "places",  # float32 [height, width, 6]: barycentrics u and v, their derivatives du/dx, du/dy, dv/dx, dv/dy by pixel
+    "seeds",  # int32 [height, width] for the random numbers of each pixel
+    "jittered",  # 1: samples lie all over a texel; 0: in its centre
+    "from_camera",  # 1: surfaces are seen from the camera; 0: along their normals
+)
+texels_at = record_at(TEXELS)
 
 SHUTTER = record(
     "table",  # float32 [SHUTTER_TABLE_SIZE]: times by the share of light that has come in before
