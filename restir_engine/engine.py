@@ -41,21 +41,28 @@ class RestirEngine(bpy.types.RenderEngine):
     # Of the render that is going on: without Persistent Data each frame of an animation has an engine of its own.
     kept = None
 
+    renders = False  # whether a render has begun and not ended; else what Blender wants read is for a bake or a preview
+
     past = 0  # counts undo, redo and loading, after which datablocks may be others than before
 
     def __init__(self, *args, **kwargs) -> None:
         super().__init__(*args, **kwargs)
-        self.scene = None
-        self.views = None
+        self.scene = self.views = None
+        self.has_read = False
+        self.baked = None  # the scene of a bake, and the instance
         self.images = 0  # that have been baked of it
         self.settings = None
         self.view = None
 
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
+        """Read what the view layer shows, unless Blender bakes: of what, it tells later."""
+        self.scene, self.baked, self.images = None, None, 0
+        self.has_read = self.renders or self.is_preview
+        if self.has_read:
+            self._read(depsgraph)
+
+    def _read(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows into a scene of our own."""
-        self.scene, self.images = None, 0
-        if not self.resolution_x:  # Blender bakes: of what, it tells later
-            return
         with failures_told(self, "The scene could not be read"):
             self._begin()
             if self._delivers_file(depsgraph):
@@ -92,6 +99,9 @@ class RestirEngine(bpy.types.RenderEngine):
         """Render what `update` read."""
         if self._delivers_file(depsgraph):
             self._deliver_file(depsgraph)
+            return
+        if not self.has_read:
+            self._read(depsgraph)
         if self.scene is None:
             return
         with failures_told(self, "The render stopped"):
@@ -163,10 +173,10 @@ class RestirEngine(bpy.types.RenderEngine):
             settings = bake_settings(properties.render_settings(scene, depsgraph.view_layer_eval), kind, parts)
             if scene.restir.integrator != settings.integrator:
                 log.info("Bakes are path traced")
-            if self.scene is None:
+            if self.baked is None:
                 self.kept = Kept()  # for this object's images
-                self.scene = read_baked(depsgraph, settings, item, kind, self.kept.meshes)
-            described, instance = self.scene
+                self.baked = read_baked(depsgraph, settings, item, kind, self.kept.meshes)
+            described, instance = self.baked
             self.images += 1  # Blender finds the image that a result is for by the name of its layer
             result = self.begin_result(0, 0, width, height, layer=f"{depsgraph.view_layer.name} {self.images}")
             from_camera = scene.render.bake.view_from == "ACTIVE_CAMERA"
@@ -176,7 +186,7 @@ class RestirEngine(bpy.types.RenderEngine):
             try:
                 session.render(self.test_break, Display(self, result).status)
             finally:
-                self.scene = session.scene, instance
+                self.baked = session.scene, instance
                 if session.film.samples:
                     picture = bake_picture(session, kind, parts)
                     result.layers[0].passes["Combined"].rect.foreach_set(picture.ravel())
@@ -370,6 +380,26 @@ def give_up(scene: bpy.types.Scene | None = None, *_) -> None:
         RestirEngine.kept = None
 
 
+@bpy.app.handlers.persistent
+def begin_render(*_) -> None:
+    """What the engine is asked for from now on is a picture."""
+    RestirEngine.renders = True
+
+
+@bpy.app.handlers.persistent
+def end_render(*_) -> None:
+    """No more."""
+    RestirEngine.renders = False
+
+
+@bpy.app.handlers.persistent
+def tell_count(*_) -> None:
+    """Say at the end of a batch render, where it is not missed, that some things were not rendered as meant."""
+    count = warning_log.end_job()
+    if bpy.app.background and count:
+        print(f"ReSTIR: {count} {'warning' if count == 1 else 'warnings'}", flush=True)
+
+
 def keep_between_renders() -> None:
     """Let what renders have left stay until another file is opened, as within an animation."""
     for name in ("render_complete", "render_cancel"):
@@ -384,14 +414,19 @@ def note_past(*_) -> None:
     RestirEngine.past += 1
 
 
-HANDLERS = {
-    "render_complete": give_up,
-    "render_cancel": give_up,
-    "load_pre": give_up,
-    "undo_post": note_past,
-    "redo_post": note_past,
-    "load_post": note_past,
-}
+HANDLERS = (
+    ("render_init", begin_render),
+    ("render_complete", end_render),
+    ("render_cancel", end_render),
+    ("render_complete", give_up),
+    ("render_complete", tell_count),
+    ("render_cancel", give_up),
+    ("render_cancel", tell_count),
+    ("load_pre", give_up),
+    ("undo_post", note_past),
+    ("redo_post", note_past),
+    ("load_post", note_past),
+)
 
 
 def register() -> None:
@@ -400,7 +435,7 @@ def register() -> None:
     properties.register()
     if not RestirEngine.is_registered:
         bpy.utils.register_class(RestirEngine)
-        for name, handler in HANDLERS.items():
+        for name, handler in HANDLERS:
             getattr(bpy.app.handlers, name).append(handler)
 
 
@@ -408,7 +443,7 @@ def unregister() -> None:
     """Take both away; a scene that uses the engine keeps its name and says that it is missing."""
     if RestirEngine.is_registered:
         bpy.utils.unregister_class(RestirEngine)
-        for name, handler in HANDLERS.items():
+        for name, handler in HANDLERS:
             if handler in getattr(bpy.app.handlers, name):
                 getattr(bpy.app.handlers, name).remove(handler)
         give_up()

@@ -4,11 +4,20 @@ They are kept beside the file's data, not in it: a render must not write to the 
 """
 
 _LINES: dict[str, tuple[str, ...]] = {}
+_SAID: set[str] = set()  # in the renders of one job: view layers, frames
 
 
 def record(scene: str, lines: list[str]) -> None:
     """Replace the warnings of a scene by those of the render that has just ended."""
     _LINES[scene] = tuple(lines)
+    _SAID.update(lines)
+
+
+def end_job() -> int:
+    """How many warnings there were in all renders since this was last asked."""
+    count = len(_SAID)
+    _SAID.clear()
+    return count
 
 
 def add(scene: str, lines: list[str]) -> None:

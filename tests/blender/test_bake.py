@@ -123,6 +123,7 @@ def test_what_cannot_be_baked_is_told(stage):
 def test_no_camera_and_nothing_is_kept(stage):
     body, image = stage["body"]
     scene = bpy.context.scene
+    bpy.ops.render.render()  # whose size Blender's engines then keep
     camera, scene.camera = scene.camera, None
     found = bakes.bake("RESTIR", body, image, "EMIT", 1).values
     scene.camera = camera

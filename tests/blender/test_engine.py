@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from restir_engine import engine, properties
-from restir_engine.settings import PASSES, ROUGHNESS, SPECULAR_ALBEDO
+from restir_engine.settings import DENOISING_ROUGHNESS, PASSES, SPECULAR_ALBEDO
 from testing.blender import exr, kit
 from testing.blender.render import exact_layers
 
@@ -223,7 +223,7 @@ def test_all_passes_reach_blender(lit, tmp_path, written):
     lit.restir.use_denoising = True
     lit.render.filepath = str(tmp_path / "passes.exr")
     bpy.ops.render.render(write_still=True)
-    newer = set() if bpy.app.version >= (5, 2, 0) else {SPECULAR_ALBEDO, ROUGHNESS}
+    newer = set() if bpy.app.version >= (5, 2, 0) else {SPECULAR_ALBEDO, DENOISING_ROUGHNESS}
     shown = [item for item in SHOWN if item.name not in newer]
     assert set(written[-1]) == {item.name for item in shown}
     channels = multilayer_channels(tmp_path / "passes.exr")

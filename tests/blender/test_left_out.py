@@ -56,6 +56,19 @@ def test_each_render_names_it(shown, paths, word):
     assert any(word in text for *_, text in scene_lines(shown, shown.view_layers))
 
 
+def test_a_batch_render_ends_with_their_number(shown, capsys):
+    """That of things, not of the renders that name them; nothing is said where there are none."""
+    kit.lamp()
+    set_all(shown, ["render.use_freestyle", "cycles.use_fast_gi"])
+    shown.view_layers.new("Other")
+    bpy.ops.render.render()
+    # Called from Python, an operator prints what it reports after that.
+    assert "ReSTIR: 2 warnings" in capsys.readouterr().out
+    shown.render.use_freestyle = shown.cycles.use_fast_gi = False
+    bpy.ops.render.render()
+    assert "ReSTIR:" not in capsys.readouterr().out
+
+
 def test_light_groups_have_passes_but_for_those_beyond_the_most(shown):
     """And no irradiance cache, which does not tell them apart."""
     layer = shown.view_layers[0]

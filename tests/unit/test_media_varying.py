@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from restir_engine.kernels.core.records import SCENE_HAS_PIVOTS
 from restir_engine.scene import majorants
@@ -53,7 +54,7 @@ def test_single_scattering_of_a_sun_from_above():
     y, z = np.linspace(-1.0, 1.0, 2001)[:, None, None], np.linspace(-0.8, 0.8, 401)[None, :, None]
     depth = (scattering + absorption) * ((1.0 + y) * (1.0 - z) + 0.5 * (1.0 + y) ** 2)
     integrand = scattering * (1.0 + y) * np.exp(-depth)
-    expected = 2.0 / (4.0 * math.pi) * np.trapezoid(integrand, y[:, 0, 0], axis=0).mean(0)
+    expected = 2.0 / (4.0 * math.pi) * trapezoid(integrand, y[:, 0, 0], axis=0).mean(0)
     agree(picture(b, 2048, max_bounces=0, volume_bounces=0).mean(0), expected, 0.005)
 
 
