@@ -281,9 +281,14 @@ def frame(r):
     bpy.context.scene.frame_set(r.randrange(1, 12))
 
 
+def apart(r, y: float, z: float) -> tuple[float, float, float]:
+    """A place where no face lies in one plane with another's: of two such faces either may be seen."""
+    return r.uniform(-2, 2), y + r.uniform(-0.05, 0.05), z + r.uniform(-0.05, 0.05)
+
+
 def add(r):
     name = r.choice(["Plain", "Textured", "Grouped"])
-    kit.put("cube", bpy.data.materials[name], (r.uniform(-2, 2), -1.0, 0.2), 0.2).name = "Added"
+    kit.put("cube", bpy.data.materials[name], apart(r, -1.0, 0.2), 0.2).name = "Added"
 
 
 def remove(r):
@@ -293,7 +298,7 @@ def remove(r):
 
 def duplicate(r):
     item = bpy.data.objects.new("Added", thing("Cube").data)
-    item.location = (r.uniform(-2, 2), -0.8, 0.3)
+    item.location = apart(r, -0.8, 0.3)
     item.scale = (0.2, 0.2, 0.2)
     bpy.context.scene.collection.objects.link(item)
 

@@ -57,14 +57,20 @@ def test_hair_without_pigment_keeps_all_light(inputs, wo):
 @pytest.mark.deep
 @pytest.mark.parametrize("wo", SEEN_FROM)
 def test_microfacets_lose_what_scatters_more_than_once(wo):
-    """Single scattering at each surface loses light, and makes none; smooth hair keeps almost all."""
+    """Single scattering at each surface loses light, and makes none; smooth hair keeps almost all.
+
+    At one point the lobe is one of many, by a hash of it: their mean over points counts.
+    """
+    about = np.array(wo) / np.linalg.norm(wo) + 1e-3 * np.random.default_rng(1).normal(size=(200, 3))
     energies = []
     for roughness in (0.1, 0.3, 0.6):
-        point = strand("HUANG", wo, **HAIR | {"Roughness": roughness, "Offset": 0.0})
-        mean, error = point.albedo(20_000)
-        assert (mean <= 1.0 + 4.0 * error).all()
-        energies.append(mean[0])
-    assert energies[0] > energies[1] > energies[2] > 0.4
+        inputs = HAIR | {"Roughness": roughness, "Offset": 0.0}
+        found = np.array([strand("HUANG", place, **inputs).albedo(500)[0][0] for place in about])
+        error = found.std() / np.sqrt(len(found))
+        assert found.mean() <= 1.0 + 4.0 * error
+        energies.append((found.mean(), error))
+    (smooth, _), _, (rough, error) = energies
+    assert smooth > 0.99 and 0.9 < rough < smooth + 2.0 * error
 
 
 @pytest.mark.parametrize("wo", SEEN_FROM)
