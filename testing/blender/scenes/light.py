@@ -143,7 +143,7 @@ def world_gradient():
     kit.world(build)
 
 
-@scene(1, 192, alike=True)
+@scene(1, 192, deep=True)
 def portals():
     """A room whose world comes in by two windows with portals, and by a gap without one."""
     wall = kit.diffuse((0.6, 0.6, 0.55))
