@@ -62,7 +62,6 @@ class Camera:
     pole_merge: tuple[float, float] = (0.0, 0.0)
     texels: Texels | None = None  # a surface that is baked: pixels are its, and none of the frame's
     steps: tuple[Camera, ...] = ()  # the same at even distances of time while the shutter is open; (): it stands still
-
     around: tuple[Camera, Camera] | None = None  # the same a frame before and after, for the pass Vector
 
     def __post_init__(self) -> None:

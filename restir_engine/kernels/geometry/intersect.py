@@ -4,7 +4,7 @@ from numba import types
 
 from ...embree import library
 from ..core.jit import inlined
-from ..core.memory import call_entry, load_f32, load_i64, load_u32, record_address, store_f32, store_u32
+from ..core.memory import call_entry, load_f32, load_i64, load_u32, record_address, store_f32, store_i64, store_u32
 from ..core.records import SCRATCH_RAY, SCRATCH_SHADOW_RAY, SHAPE_ENTRIES, SHAPE_HIT
 
 library.load()  # registers the symbols that compiled code refers to
@@ -14,6 +14,10 @@ rtc_intersect1 = types.ExternalFunction("restir_rtcIntersect1", _QUERY)
 rtc_occluded1 = types.ExternalFunction("restir_rtcOccluded1", _QUERY)
 
 INVALID = 0xFFFFFFFF
+_INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
+_ALL_FEATURES = 0xFFFFFFFF
+CONTEXT = 64  # where the context of a query stands behind its arguments; both are 64 bytes
+FIRST_OWN = 2  # the first word (64 bits) of a context that is not Embree's
 
 
 @inlined
@@ -31,6 +35,23 @@ def put_ray(ray, o, d, tmin, tmax, mask, time):
     store_u32(ray, 9, mask)
     store_u32(ray, 10, 0)
     store_u32(ray, 11, 0)
+
+
+@inlined
+def put_filter(arguments, code):
+    """Fill a query's arguments (RTCIntersectArguments, RTCOccludedArguments) and its context at an address.
+
+    code: the address of a filter (RTCFilterFunctionNArguments), which finds the context's own words from FIRST_OWN on.
+    """
+    context = arguments + CONTEXT
+    store_u32(arguments, 0, _INVOKE_FILTER)
+    store_u32(arguments, 1, _ALL_FEATURES)
+    store_i64(arguments, 1, context)
+    store_i64(arguments, 2, code)
+    store_i64(arguments, 3, 0)
+    store_i64(arguments, 4, 0)
+    store_i64(context, 0, -1)
+    store_i64(context, 1, -1)
 
 
 @inlined

@@ -10,13 +10,9 @@ from ..core.jit import entry, inlined
 from ..core.memory import load_f32, load_f64, load_i64, load_u32, store_f32, store_f64, store_i64, store_u32
 from ..core.records import SCRATCH_LEAVING, SCRATCH_RAY, SCRATCH_SHADOW_RAY
 from ..core.vec import dot, madd, vec
-from .intersect import INVALID, complete, put_ray, rtc_intersect1, rtc_occluded1, start
+from .intersect import CONTEXT, FIRST_OWN, INVALID, complete, put_filter, put_ray, rtc_intersect1, rtc_occluded1, start
 
-# In the working memory: arguments of Embree's query (RTCIntersectArguments), and the context that its filter is given.
-_CONTEXT = 64
-_INSTANCE, _UNTIL = 2, 3  # behind the context's own fields
-_INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
-_ALL_FEATURES = 0xFFFFFFFF
+_INSTANCE, _UNTIL = FIRST_OWN, FIRST_OWN + 1  # in the context that the filter is given
 _MARGIN, _GRAZING = 2.5, 1e-2  # of the position's error, and the least cosine that it is divided by
 
 
@@ -44,17 +40,9 @@ def run_up(sp, wi):
 def _arguments(scene, scratch, instance, until):
     """The address of the arguments of a query by which an instance is left."""
     arguments = scratch + SCRATCH_LEAVING
-    context = arguments + _CONTEXT
-    store_u32(arguments, 0, _INVOKE_FILTER)
-    store_u32(arguments, 1, _ALL_FEATURES)
-    store_i64(arguments, 1, context)
-    store_i64(arguments, 2, scene.own_filter)
-    store_i64(arguments, 3, 0)
-    store_i64(arguments, 4, 0)
-    store_i64(context, 0, -1)
-    store_i64(context, 1, -1)
-    store_i64(context, _INSTANCE, instance)
-    store_f64(context, _UNTIL, until)
+    put_filter(arguments, scene.own_filter)
+    store_i64(arguments + CONTEXT, _INSTANCE, instance)
+    store_f64(arguments + CONTEXT, _UNTIL, until)
     return arguments
 
 

@@ -30,7 +30,7 @@ from ..core.vec import (
     sub,
     transform_normal,
 )
-from ..geometry.intersect import rtc_intersect1
+from ..geometry.intersect import CONTEXT, FIRST_OWN, put_filter, rtc_intersect1
 from ..geometry.local import local_ray
 from ..geometry.placed import placed_at
 from .profile import F_REACH, REACH, profile, profile_radius
@@ -44,7 +44,7 @@ _STEEPEST = 1.0e-6  # cosine of the lines' angle with the normal that counts as 
 
 MAX_HITS = 128
 _KEPT = 10  # float64 that note_hit fills, or leaves alone
-_FOUND = 2  # int64 index in the context, behind what Embree keeps there
+_FOUND = FIRST_OWN  # int64 index in the context
 
 # float64 index of what a hit holds: barycentrics, position, outward normal, density by area, and what a method makes of
 # it, the weight (rgb), how often light was scattered, and whether the irradiance cache has lit it.
@@ -54,12 +54,8 @@ HIT = 16
 # In the working memory: the arguments of Embree's query, the context that its filter is given (with the number of hits
 # so far), and HIT float64 for each of them.
 ARGUMENTS = shared_area(128 + 8 * HIT * MAX_HITS)
-CONTEXT = ARGUMENTS + 64
 HITS = ARGUMENTS + 128
 HITS_END = 128 + 8 * HIT * MAX_HITS  # of the shared area: what a probe needs
-
-_INVOKE_FILTER = 2  # RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER
-_ALL_FEATURES = 0xFFFFFFFF
 
 
 @entry
@@ -73,7 +69,7 @@ def note_hit(arguments, _b, _c, _d, _e):
     n = load_i64(context, _FOUND)
     store_i64(context, _FOUND, n + 1)
     if n < MAX_HITS:
-        hit = context + (HITS - CONTEXT) + 8 * HIT * n
+        hit = context + (HITS - ARGUMENTS - CONTEXT) + 8 * HIT * n
         store_f64(hit, H_T, load_f32(ray, 8))
         store_f64(hit, H_PRIMITIVE, float(load_u32(found, 5)))
         store_f64(hit, H_U, load_f32(found, 3))
@@ -92,18 +88,11 @@ def all_hits(scene, scratch, note, instance, o, d, tmax):
     structure = local_ray(scene, ray, instance, o, d, 0.0, tmax)
     if structure == 0:
         return 0
-    arguments, context = scratch + ARGUMENTS, scratch + CONTEXT
-    store_u32(arguments, 0, _INVOKE_FILTER)
-    store_u32(arguments, 1, _ALL_FEATURES)
-    store_i64(arguments, 1, context)
-    store_i64(arguments, 2, note)
-    store_i64(arguments, 3, 0)
-    store_i64(arguments, 4, 0)
-    store_i64(context, 0, -1)
-    store_i64(context, 1, -1)
-    store_i64(context, _FOUND, 0)
+    arguments = scratch + ARGUMENTS
+    put_filter(arguments, note)
+    store_i64(arguments + CONTEXT, _FOUND, 0)
     rtc_intersect1(structure, ray, arguments)
-    n = load_i64(context, _FOUND)
+    n = load_i64(arguments + CONTEXT, _FOUND)
     _sort(scratch, min(n, MAX_HITS))
     return n
 
