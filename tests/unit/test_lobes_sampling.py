@@ -27,7 +27,7 @@ CASES = {
     **{
         f"glass {d} {r} {ior}": (GLASS, {"Roughness": r, "IOR": ior, "distribution": d})
         for d in ("GGX", "BECKMANN")
-        for r, ior in ((0.4, 1.45), (0.8, 1.45), (0.6, 0.7))
+        for r, ior in ((0.4, 1.45), (0.8, 1.45), (0.6, 0.7), (1.0, 1.8))
     },
     "refraction": ("ShaderNodeBsdfRefraction", {"Roughness": 0.5, "IOR": 1.3, "distribution": "GGX"}),
     "principled": (
