@@ -31,7 +31,7 @@ def command(blender: str, *arguments: str) -> list[str]:
             raise OSError("there is none on the path, and no bpy in the worker's Python: say where it is (--blender)")
     if blender:
         return [blender, "--background", "--command", "restir_farm", *arguments]
-    return [sys.executable, "-m", "restir_engine.farm.service", *arguments]
+    return [sys.executable, "-P", "-m", "restir_engine.farm.service", *arguments]
 
 
 def environment() -> dict[str, str]:

@@ -204,12 +204,15 @@ digest = importlib.import_module(sys.argv[1] + ".kernels.core.digest")
 jit = importlib.import_module(sys.argv[1] + ".kernels.core.jit")
 import numpy as np
 jit.load([digest.murmur3])
-print(*digest.digest(np.arange(100)), digest.murmur3.stats.cache_hits.total())
+print(*digest.digest(np.arange(100)), digest.murmur3.stats.cache_hits.total(), int("numba.np.npyimpl" in sys.modules))
 """
 
 
 def run_as(package: str, path: Path, folder: Path) -> list[str]:
-    """Two numbers that a kernel makes, and 1 if it was loaded; in a process that knows the package by some name."""
+    """Two numbers that a kernel makes, 1 if it was loaded, 1 if Numba has read what it compiles with.
+
+    In a process that knows the package by some name.
+    """
     environment = os.environ | {"PYTHONPATH": str(path), "RESTIR_CACHE": str(folder), "RESTIR_WORKER": "1"}
     command = [sys.executable, "-c", LOADED, package]
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
@@ -223,7 +226,7 @@ def test_kernels_fit_under_another_import_name_and_strange_folders(tmp_path):
     first = run_as("restir_engine", ROOT, folder)
     second = run_as("repository.other", folder, folder)
     assert first[:2] == second[:2]
-    assert (first[2], second[2]) == ("0", "1")
+    assert (first[2:], second[2:]) == (["0", "1"], ["1", "0"])
 
 
 def test_a_damaged_kernel_is_compiled_again(tmp_path):
@@ -243,4 +246,4 @@ def test_four_first_starts_at_once_of_which_one_is_killed(tmp_path):
     starts[0].kill()
     results = [start.communicate()[0].split()[:2] for start in starts][1:]
     assert all(len(numbers) == 2 and numbers == results[0] for numbers in results)
-    assert run_as("restir_engine", ROOT, tmp_path) == [*results[0], "1"]
+    assert run_as("restir_engine", ROOT, tmp_path)[:3] == [*results[0], "1"]

@@ -56,6 +56,14 @@ def test_a_worker_leaves_in_the_cache_what_it_is_asked_for(empty):
     assert jit.is_kept(digest.murmur3)
 
 
+def test_workers_import_nothing_from_the_current_folder(empty, monkeypatch, tmp_path):
+    for name in ("numba", "restir_engine"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('this is somebody else')")
+    monkeypatch.chdir(tmp_path)
+    pool = workers.Workers(1)
+    assert pool.submit([NAME], urgent=True)[0].result(timeout=60.0)
+
+
 def test_a_worker_that_dies_is_told_from_one_that_is_done(empty, monkeypatch):
     dies = [sys.executable, "-c", "import sys; sys.stdin.readline()"]
     monkeypatch.setattr(workers, "command", lambda *arguments: dies)

@@ -67,12 +67,18 @@ def dependencies(start: Path) -> set[Path]:
 @cache
 def imports(path: Path) -> tuple[Path, ...]:
     """The files that the relative imports of a file name; found by a pattern, as parsing takes thirty times longer."""
-    result = []
+    files, result = _files(), []
+    parts = path.relative_to(ROOT).parts
     for dots, module, names in _FROM.findall(path.read_text("utf-8")):
-        base = path.parents[len(dots) - 1].joinpath(*module.split(".")) if module else path.parents[len(dots) - 1]
+        base = ".".join([*parts[: len(parts) - len(dots)], *filter(None, [module])])
         found = [name.split()[0] for name in re.sub(r"#.*", "", names).strip("()").split(",") if name.strip()]
-        for candidate in [base, *(base / name for name in found)]:
-            for file in (candidate.with_suffix(".py"), candidate / "__init__.py"):
-                if file.exists() and file != path:
-                    result.append(file)
+        named = (files.get(name) for name in [base, *(f"{base}.{name}" if base else name for name in found)])
+        result += [file for file in named if file is not None and file != path]
     return tuple(result)
+
+
+@cache
+def _files() -> dict[str, Path]:
+    """The files of this package's modules, by their dotted names without the package's own."""
+    found = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in ROOT.rglob("*.py")}
+    return {name.removesuffix("__init__").removesuffix("."): path for name, path in found.items()}

@@ -29,8 +29,11 @@ def python() -> str | None:
 
 
 def command(*arguments: str) -> list[str]:
-    """The command that starts a worker. Its package is named as it stands on disk: files in the cache hold no name."""
-    return [python(), "-m", _MODULE, *arguments]
+    """The command that starts a worker. Its package is named as it stands on disk: files in the cache hold no name.
+
+    Nothing is imported from the current folder (-P), which may hold anything, another checkout of this package too.
+    """
+    return [python(), "-P", "-m", _MODULE, *arguments]
 
 
 def start(arguments: list[str], idle: bool = False, **streams) -> subprocess.Popen:
