@@ -1,8 +1,8 @@
 """The opcodes of shader programs: one table for the compiler (`sync.nodes`) and the `interpreter`.
 
 The comment beside an opcode lists its operand words: registers unless marked `!`, which are immediate integers. A
-register operand is the first of three where a vector or colour is meant. 100–189 belong to `textures`, 190–299 to
-`lobes`.
+register operand is the first of three where a vector or colour is meant. Who has which numbers is listed in
+docs/architecture.md.
 """
 
 END = 0
@@ -136,12 +136,12 @@ BEVEL = 194  # out, radius, probes!, normal or -1!
 # and radius, in the world; zeros on all else.
 SHAPE_INFO = 195  # out (5: vector, size, whether it is such a shape), shape!
 
-# Media, in the programs of the Volume socket: media.program ------------------------------------------------------
-# `phase` is a PHASE_* of media.phase; its inputs are g, nothing, g and α, IOR and backscatter, the diameter in µm.
+# Media, in the programs of the Volume socket: volume.program -----------------------------------------------------
+# `phase` is a PHASE_* of volume.phase; its inputs are g, nothing, g and α, IOR and backscatter, the diameter in µm.
 VOLUME_SCATTER = 300  # weight, colour, density, phase!, first input, second input
 VOLUME_ABSORPTION = 301  # weight, colour, density
 VOLUME_COEFFICIENTS = 302  # weight, absorption, scattering, emission, phase!, first input, second input
 VOLUME_PRINCIPLED = 303  # weight, colour, density, anisotropy, absorption colour, emission strength, emission colour,
 # blackbody intensity, blackbody tint, temperature, colour of a black body
-VOLUME_SUBSURFACE = 304  # weight, share, colour, radius, scale, anisotropy, IOR, method!, sign!: see medium.parameters
+VOLUME_SUBSURFACE = 304  # weight, share, colour, radius, scale, anisotropy, IOR, method!, sign!; subsurface.parameters
 VOLUME_ATTRIBUTE = 305  # out (4), name!: an attribute of the grids, ones where there is none
