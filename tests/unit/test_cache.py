@@ -229,6 +229,24 @@ def test_kernels_fit_under_another_import_name_and_strange_folders(tmp_path):
     assert (first[2:], second[2:]) == (["0", "1"], ["1", "0"])
 
 
+ALL_LOADED = """
+import sys
+from restir_engine.kernels.core import jit
+kept = [unit for unit in map(jit.named, jit.all_units()) if jit.is_kept(unit)]
+for unit in kept:
+    jit.compile_here(unit)
+print(len(kept), "numba.np.npyimpl" in sys.modules)
+"""
+
+
+def test_all_that_is_kept_loads_in_a_process_that_compiles_nothing():
+    """LLVM would end the process at a symbol that is missing."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "RESTIR_WORKER": "1"}
+    said = subprocess.run([sys.executable, "-c", ALL_LOADED], env=environment, capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    assert said.stdout.split()[1] == "False"
+
+
 def test_a_damaged_kernel_is_compiled_again(tmp_path):
     first = run_as("restir_engine", ROOT, tmp_path)
     for path in (tmp_path / "restir_engine" / "kernels").iterdir():

@@ -9,6 +9,7 @@ versions of Python and Numba, the processor. They hold no import name of this pa
 wherever it is installed, and kernels for a baseline of processors can come with an extension.
 """
 
+import functools
 import hashlib
 import io
 import logging
@@ -22,7 +23,7 @@ from numba.core import compiler
 from numba.core.caching import _Cache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.environment import lookup_environment
-from numba.core.runtime import rtsys
+from numba.core.runtime import _nrt_python, rtsys
 from numba.core.serialize import NumbaPickler
 
 from . import cache, sources, workers
@@ -123,6 +124,7 @@ class FunctionCache(_Cache):
         return str(cache.store().folder)
 
     def load_overload(self, signature, target_context):
+        _name_runtime()
         for key in keys(self._function, signature, target_context.codegen()):
             payload = cache.store().read(key)
             if payload is not None:
@@ -142,6 +144,13 @@ class FunctionCache(_Cache):
 
     def flush(self) -> None:
         raise NotImplementedError("kernels are not compiled again in a process")
+
+
+@functools.cache
+def _name_runtime() -> None:
+    """Give LLVM the symbols of Numba's runtime, which code refers to; `rtsys.initialize` compiles something as well."""
+    for name, address in _nrt_python.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
 
 
 class KernelCache(FunctionCache):
