@@ -217,5 +217,6 @@ def normal(c, node):
 
 
 def _unit(vector: tuple[float, ...]) -> tuple[float, ...]:
-    length = np.linalg.norm(vector)
-    return tuple((np.array(vector) / length).tolist()) if length > 0.0 else vector
+    direction = np.array(vector)
+    length = np.linalg.norm(direction)
+    return tuple((direction / length).tolist()) if length > 0.0 else vector
