@@ -28,7 +28,7 @@ from ..kernels.subsurface.methods import scatter_entries
 from ..kernels.subsurface.probe import MAX_HITS
 from ..kernels.volume.entries import media_entries
 from ..kernels.volume.stack import OVERFLOWS as MEDIA_OVERFLOWS
-from ..settings import RenderSettings, carries_visibility, filter_table
+from ..settings import PASSES, RenderSettings, carries_visibility, filter_table
 from .irradiance_cache import IrradianceCache
 
 if TYPE_CHECKING:
@@ -156,6 +156,7 @@ def integrator_record(settings: RenderSettings, table: np.ndarray) -> np.ndarray
     r = record[0]
     r["seed"] = settings.seed & 0x7FFFFFFF
     r["filter_table"] = address(table)
+    r["first_centered"] = any(item.name in settings.passes for item in PASSES if item.field and not item.averaged)
     r["transparent_film"] = settings.film_transparent
     glass = settings.film_transparent and settings.film_transparent_glass
     r["seen_through"] = settings.film_transparent_roughness**4 if glass else -1.0

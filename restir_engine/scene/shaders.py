@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -74,6 +75,7 @@ class ShaderTable:
         self._table_parts: list[np.ndarray] = []
         self._table_offsets: dict[bytes, int] = {}
         self._table_size = 0
+        self._named_tables: dict[tuple, int] = {}
 
     def __len__(self) -> int:
         return len(self._programs)
@@ -98,6 +100,7 @@ class ShaderTable:
         if tables:
             result._table_parts = list(self._table_parts)
             result._table_offsets, result._table_size = dict(self._table_offsets), self._table_size
+            result._named_tables = dict(self._named_tables)
         return result
 
     def same_as(self, other: ShaderTable) -> bool:
@@ -120,6 +123,13 @@ class ShaderTable:
         if offset == self._table_size:
             self._table_parts.append(values)
             self._table_size += len(values)
+        return offset
+
+    def named_table(self, name: tuple, make: Callable[[], np.ndarray]) -> int:
+        """The offset of what `make()` gives for a name, made once."""
+        offset = self._named_tables.get(name)
+        if offset is None:
+            offset = self._named_tables[name] = self.table(make())
         return offset
 
     def layout(self) -> Shaders:

@@ -6,6 +6,8 @@ import struct
 from pathlib import Path
 from typing import NamedTuple
 
+from .open_exr import LONGEST_HEADER, OPEN_EXR, shown
+
 _GREY, _GREY_ALPHA = 0, 4  # colour types of PNG
 _SAMPLES_PER_PIXEL, _EXTRA_SAMPLES = 277, 338  # tags of TIFF
 _ASSOCIATED = 1
@@ -19,9 +21,12 @@ class FileAlpha(NamedTuple):
 
 
 def file_alpha(path: str) -> FileAlpha:
-    """What a PNG or TIFF says of its channels; of other files that they are colours of straight alpha."""
+    """What a PNG, TIFF or OpenEXR file says of its channels; of others that they are colours of straight alpha."""
     with Path(path).open("rb") as file:
         head = file.read(26)
+        if head[:4] == OPEN_EXR:
+            found = shown(head + file.read(LONGEST_HEADER))
+            return FileAlpha(is_grey=found is not None and len(found.channels) < 3)
         if head[:4] == b"\x89PNG":
             return FileAlpha(is_grey=head[25] in (_GREY, _GREY_ALPHA))
         if head[:4] in (b"II*\0", b"MM\0*"):

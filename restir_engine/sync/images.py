@@ -7,9 +7,11 @@ temporary datablocks that are removed at once; the artist's own are never touche
 from __future__ import annotations
 
 import re
+import struct
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -17,7 +19,7 @@ import numpy as np
 
 from ..scene.images import srgb_decode
 from .image_headers import FileAlpha, file_alpha
-from .multilayer import first_layer
+from .open_exr import LONGEST_HEADER, Shown, as_shown, shown, shown_packed
 from .working_space import REC709, to_scene_linear, working_space
 
 _ENCODED = "sRGB"
@@ -85,40 +87,79 @@ def _add(scene, image, frame: int, tile: int, warn) -> int:
 
 def _read(image, frame: int, tile: int, warn) -> tuple[np.ndarray, np.ndarray | None] | None:
     """Pixels and decode table of an image, of one of its frames or tiles; None where it is missing."""
-    try:
-        with _loaded(image, frame, tile) as (source, path):
-            if source is not None and source.size[0] and source.size[1]:
-                found = _pixels(source, image, path)
-                if found is not None:
-                    return found
-        found = _first_layer(image, frame)
-        if found is not None:
-            return found
-    except RuntimeError:  # Blender cannot read the file
-        pass
     part = f" (tile {tile})" if tile else f" (frame {frame})" if image.source in _MOVING else ""
+    try:
+        data = _odd_exr(image, frame, tile)
+        is_packed = len(image.packed_files) > 0
+        of_file = None if data is None else shown_packed(data) if is_packed else shown(data)
+        if of_file is not None and of_file.is_deep:
+            warn(f"image “{image.name}”{part} is a deep OpenEXR file, which is no texture")
+            return None
+        ways = partial(_by_blender, image, frame, tile), partial(_by_channels, data, of_file, image)
+        for read in ways if is_packed else reversed(ways):  # Cycles, too, takes what Blender reads of a packed file
+            found = read()
+            if found is not None:
+                return found
+    except (RuntimeError, struct.error):  # the file cannot be read
+        pass
     warn(f"image “{image.name}”{part} is missing")
     return None
 
 
-def _first_layer(image, frame: int) -> tuple[np.ndarray, np.ndarray | None] | None:
-    """As `_read`, of an OpenEXR file with several layers: of the first, which is what Cycles reads."""
+def _by_blender(image, frame: int, tile: int) -> tuple[np.ndarray, np.ndarray | None] | None:
+    """As `_read`, of what Blender can read."""
+    with _loaded(image, frame, tile) as (source, path):
+        return _pixels(source, image, path) if source is not None and source.size[0] and source.size[1] else None
+
+
+def _by_channels(data: bytes | None, of_file: Shown | None, image) -> tuple[np.ndarray, np.ndarray | None] | None:
+    """As `_read`, of an OpenEXR file by the channels that are shown; None where they cannot be told apart."""
+    file = None if data is None else as_shown(data, of_file, _luminance)
+    if file is None:
+        return None
+    with _written(file, image) as (source, path):
+        return _pixels(source, image, path) if source.size[0] else None
+
+
+def _odd_exr(image, frame: int, tile: int) -> bytes | None:
+    """An OpenEXR file that Blender reads otherwise than Cycles; None of all other images."""
+    if image.source not in ("FILE", "SEQUENCE", "TILED") or image.is_dirty:
+        return None
+    packed = next((file for file in image.packed_files if not tile or file.tile_number == tile), None)
     path = bpy.path.abspath(image.filepath, library=image.library)
-    path = _numbered(path, frame) if image.source == "SEQUENCE" else path
-    if image.packed_file is not None:
-        data = image.packed_file.data
-    elif path.lower().endswith(".exr") and Path(path).is_file():
-        data = Path(path).read_bytes()
+    path = _numbered(path, frame) if image.source == "SEQUENCE" else _tile_path(path, tile) if tile else path
+    if Path(path).suffix.lower() not in (".exr", ""):
+        return None
+    if packed is not None:
+        data = packed.packed_file.data
+    elif Path(path).is_file():
+        with Path(path).open("rb") as file:
+            data = file.read(LONGEST_HEADER)
+            found = shown(data)
+            data = data if found is not None and found.is_plain else data + file.read()
     else:
         return None
-    layer = first_layer(data)
-    if layer is None:
-        return None
+    found = shown(data)
+    return None if found is None or found.is_plain else data
+
+
+@contextmanager
+def _written(data: bytes, like) -> Iterator[tuple[bpy.types.Image, str]]:
+    """An image of the values of an OpenEXR file, in the colour space of another; and where the file is."""
     with tempfile.TemporaryDirectory() as folder:
-        alone = Path(folder) / "layer.exr"
-        alone.write_bytes(layer)
-        with _temporary(str(alone), image) as (source, _):
-            return _pixels(source, image, path)
+        path = Path(folder) / "channels.exr"
+        path.write_bytes(data)
+        with _temporary(str(path), like) as loaded:
+            yield loaded
+
+
+def _luminance(data: bytes) -> np.ndarray:
+    """The pixels (height, width) of an OpenEXR file that has luminance alone, top row first."""
+    with _written(data, None) as (source, _):
+        width, height = source.size
+        values = np.empty((height, width, source.channels), np.float32)
+        source.pixels.foreach_get(values.reshape(-1))
+    return values[::-1, :, 0]
 
 
 @contextmanager
@@ -180,7 +221,7 @@ def _is_converted(image) -> bool:
 
 @contextmanager
 def _temporary(path: str, like) -> Iterator[tuple[bpy.types.Image | None, str | None]]:
-    """The values of the file at `path`, which is returned, too, in the colour space of another image.
+    """The values of the file at `path`, which is returned, too, in the colour space of another image, if there is one.
 
     Colours that more than 8 bits encode stay encoded. None where there is no such file.
     """
@@ -190,7 +231,9 @@ def _temporary(path: str, like) -> Iterator[tuple[bpy.types.Image | None, str | 
     loaded = bpy.data.images.load(path, check_existing=False)
     try:
         encoded = loaded.is_float and loaded.file_format in _ENCODED_FLOATS
-        loaded.colorspace_settings.name = _RAW if encoded else like.colorspace_settings.name
+        space = _RAW if encoded or like is None else like.colorspace_settings.name
+        if space:  # a file that cannot be read has none
+            loaded.colorspace_settings.name = space
         loaded.alpha_mode = "CHANNEL_PACKED"
         yield loaded, path
     finally:

@@ -13,7 +13,9 @@ from ..scene.images import ImageTable
 from ..scene.shaders import Program
 from .changes import Changes
 from .nodes import Compiler
+from .nodes.outline import outline, stands_for_itself
 from .nodes.subsurface import Subsurface, material_subsurface
+from .nodes.templates import Templates
 from .nodes.volumes import default_medium
 
 log = logging.getLogger(__name__)
@@ -42,6 +44,7 @@ class Materials:
         self._indices: dict[_Key, int] = {}
         self._lights: dict[_Key, Program] = {}
         self._objects: dict[int, set[int]] = {}  # by datablock, whose places its program contains
+        self._templates = Templates()
         self._stale: set[_Key] = set()
         self._kept = 0, 0  # size of tables and images when all was compiled
 
@@ -67,6 +70,7 @@ class Materials:
             known = {*self._indices, *self._lights}
             stale = {key for key in known if key[0] in named or self._objects.get(key[0], set()) & named}
         self._stale |= stale
+        self._templates = Templates()
         for key in stale:
             self._lights.pop(key, None)
         self._scene = scene
@@ -152,10 +156,13 @@ class Materials:
         try:
             if not _has_nodes(datablock):
                 return compiler.compile(None)
-            if not _to_inline(datablock.node_tree):
-                return compiler.compile(datablock.node_tree)
-            inlined = datablock.inline_shader_nodes()  # its tree lives as long as this
-            return compiler.compile(inlined.node_tree)
+            tree = datablock.node_tree
+            found = outline(tree)
+            if found is None and _to_inline(tree):
+                inlined = datablock.inline_shader_nodes()  # its tree lives as long as this
+                tree = inlined.node_tree
+                found = outline(tree)
+            return self._templates.program(compiler, tree, found)
         except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
             log.exception("%s %r could not be compiled", compiler.kind, compiler.name)
             compiler.warn(f"cannot be read ({error}), it is rendered in plain colour")
@@ -200,10 +207,6 @@ def _has_nodes(datablock) -> bool:
     return datablock.node_tree is not None and (bpy.app.version >= (5, 0, 0) or datablock.use_nodes)
 
 
-# The beginnings of the types of nodes that stand for themselves in a tree.
-_PLAIN = ("ShaderNode", "NodeReroute", "NodeFrame", "NodeImplicitConversion", "FunctionNodeInput")
-
-
 def _to_inline(tree: bpy.types.NodeTree) -> bool:
     """Whether Blender shall put groups, zones, closures, bundles and switches in their place, as it can from 5.0 on.
 
@@ -211,5 +214,4 @@ def _to_inline(tree: bpy.types.NodeTree) -> bool:
     """
     if bpy.app.version < (5, 0, 0):
         return False
-    names = (node.bl_idname for node in tree.nodes)
-    return any(name == "ShaderNodeGroup" or not name.startswith(_PLAIN) for name in names)
+    return not all(map(stands_for_itself, {*map(type, tree.nodes.values())}))

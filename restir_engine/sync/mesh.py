@@ -15,6 +15,7 @@ from ..scene import names
 from ..scene.mesh import Mesh, clean, empty_vertices
 from ..scene.shape import Attribute
 from .topology import islands, pointiness, tangents
+from .working_space import from_rec709
 
 DOMAINS = {"POINT": DOMAIN_POINT, "CORNER": DOMAIN_CORNER, "FACE": DOMAIN_FACE}
 
@@ -134,9 +135,14 @@ def _read_attribute(mesh: Mesh, data, name: str, index: int) -> Attribute | None
 
 
 def read_values(attribute) -> np.ndarray | None:
-    """All values of a bpy attribute as (n, components); colours are linear; None for types that Cycles leaves out."""
+    """All values of a bpy attribute as (n, components); colours are linear; None for types that Cycles leaves out.
+
+    Of bytes, Cycles takes those of corners for Rec. 709 from Blender 5 on, all others for what the primaries are.
+    """
     if attribute.data_type == "BYTE_COLOR":
-        return _linear(byte_colors(attribute.data))
+        colors = _linear(byte_colors(attribute.data))
+        matrix = from_rec709() if attribute.domain == "CORNER" and bpy.app.version >= (5, 0, 0) else None
+        return colors if matrix is None else np.column_stack([colors[:, :3] @ matrix.T, colors[:, 3]])
     if attribute.data_type not in LAYOUTS:
         return None
     field, dtype, components = LAYOUTS[attribute.data_type]

@@ -25,6 +25,7 @@ from ..scene.mesh import Mesh
 from ..scene.recent import Recent
 from ..scene.shape import Shape
 from .mesh import LAYOUTS, add_attributes, byte_colors, read_mesh
+from .working_space import working_space
 
 # Attributes that others are told apart by; all others that begin with a dot are selections and the like.
 _TOPOLOGY = (".edge_verts", ".corner_vert")
@@ -157,7 +158,7 @@ class MeshCache:
 
     def _attribute_digest(self, attribute: bpy.types.Attribute) -> Hashable:
         if attribute.data_type == "BYTE_COLOR":
-            return digest(byte_colors(attribute.data))
+            return working_space(), *digest(byte_colors(attribute.data))
         if attribute.data_type not in LAYOUTS:  # never read
             return None
         field, dtype, components = LAYOUTS[attribute.data_type]

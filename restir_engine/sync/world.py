@@ -10,8 +10,10 @@ import numpy as np
 from ..kernels.core import records as rec
 from ..scene.world import World
 
-# Widths of the importance map: of a world without images, and the largest.
+# Widths of the importance map: of a world without images, and the largest; that in which no sun is missed, times its
+# angular diameter.
 _WIDTH, _MAX_WIDTH = 1024, 4096
+_OF_SUN = 1.6 * 2.0 * np.pi
 
 _VISIBILITY = {
     "camera": rec.RAY_CAMERA,
@@ -52,21 +54,18 @@ def sync_world(scene, depsgraph, materials) -> None:
         return
     suns = [node.sun_size for node in _nodes(world.node_tree) if _has_sun(node)]
     target.sun_angle = float(max(suns, default=0.0))
-    if method == "MANUAL":
-        target.map_width = settings.sample_map_resolution
-    else:
-        target.map_width = automatic_width(world.node_tree, suns)
+    widths = [_WIDTH, *_image_widths(world.node_tree)] if method != "MANUAL" else []
+    widths += [int(_OF_SUN / max(size, 1e-3)) for size in suns]
+    chosen = settings.sample_map_resolution if method == "MANUAL" else 0
+    target.map_width = max(chosen, min(max(widths, default=0), _MAX_WIDTH))
 
 
-def automatic_width(tree, suns: list[float]) -> int:
-    """As wide as the widest image of the world; wide enough to find its suns (angular diameters)."""
-    widths = [
+def _image_widths(tree) -> list[int]:
+    return [
         node.image.size[0]
         for node in _nodes(tree)
         if node.bl_idname in ("ShaderNodeTexEnvironment", "ShaderNodeTexImage") and node.image is not None
     ]
-    widths += [1.6 * 2.0 * np.pi / max(size, 1e-3) for size in suns]
-    return int(min(max([_WIDTH, *widths]), _MAX_WIDTH))
 
 
 def _has_sun(node) -> bool:

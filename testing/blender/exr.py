@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from restir_engine.sync.multilayer import attributes_at
+from restir_engine.sync.open_exr import attributes_at
 
 _TYPES = {1: np.dtype("<f2"), 2: np.dtype("<f4")}
 _MULTIPART = 0x1000

@@ -1,7 +1,7 @@
 """What shader nodes compute: Cycles' answer beside that of our programs, for many nodes in one render.
 
 A case is a function that adds nodes to a tree and returns the output socket to look at. Each case has a small curved
-grid of its own, with two UV maps, a colour attribute and a float attribute, seen from above by one orthographic camera.
+grid of its own, with two UV maps, colour attributes and a float attribute, seen from above by one orthographic camera.
 """
 
 from __future__ import annotations
@@ -118,6 +118,9 @@ def _add_grid(name: str, build: Build, x: float, y: float, scale: float, offset:
     color.data.foreach_set(
         "color", [c for a, b, z in points for c in (0.5 + 0.4 * a, 0.5 - 0.4 * b, 0.2 + z, 0.7 + 0.2 * b)]
     )
+    for domain in ("POINT", "CORNER"):
+        stains = mesh.color_attributes.new(f"Bytes of {domain}", "BYTE_COLOR", domain)
+        stains.data.foreach_set("color_srgb", [0.8, 0.2, 0.1, 0.6] * len(stains.data))
     heat = mesh.attributes.new("Heat", "FLOAT", "POINT")
     heat.data.foreach_set("value", [a * b + 0.5 for a, b, _ in points])
     mesh.materials.append(emission_material(name, build, scale, offset))

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
-from testing.blender import image_files
+from testing.blender import exr_files, image_files
 from testing.blender.nodes import add_node, compare
 
 HALF = 3e-3  # Cycles keeps converted colours in half precision
@@ -137,6 +137,59 @@ def test_what_headers_say(tmp_path):
     assert file_alpha(str(tmp_path / "colour.tif")) == (False, True)
     (tmp_path / "empty.png").write_bytes(b"")
     assert file_alpha(str(tmp_path / "empty.png")) == (False, False)
+
+
+def _exr(*names, kind=exr_files.SCAN, levels=exr_files.ONE, part="part"):
+    """A part whose channels differ, each by a gradient."""
+    shades = {name: 0.9 - 0.07 * "RGBAXYZUV".index(name[-1]) for name in names}
+    gradient = np.linspace(0.5, 1.0, 20)
+    return exr_files.Part(
+        {name: np.tile(shade * gradient, (20, 1)) for name, shade in shades.items()}, kind, levels, part
+    )
+
+
+TILED, DEEP = {"kind": exr_files.TILED}, {"kind": exr_files.DEEP_SCAN}
+EXR_FILES = {
+    "tiles": [_exr(*"RGBA", **TILED)],
+    "mipmap": [_exr(*"RGB", **TILED, levels=exr_files.MIPMAP)],
+    "ripmap": [_exr(*"RGBA", **TILED, levels=exr_files.RIPMAP)],
+    "layers in tiles": [_exr("a.R", "a.G", "a.B", "b.A", **TILED, levels=exr_files.MIPMAP)],
+    "parts of tiles": [_exr(*"RGBA", **TILED, levels=exr_files.RIPMAP), _exr(*"Z", **TILED, part="other")],
+    "tiles and lines": [_exr(*"RGBA", **TILED), _exr(*"Z", part="other")],
+    "lines and tiles": [_exr(*"RGBA"), _exr(*"Z", **TILED, part="other")],
+    "depth first": [_exr(*"Z"), _exr(*"RGBA", part="other")],
+    "layer without colours": [_exr("a.Z", "b.R", "b.G", "b.B")],
+    "names of all kinds": [_exr(*"UVZ")],
+    "red and green": [_exr(*"RG")],  # packed, Blender's blue is what was in memory
+    "red and alpha and depth": [_exr(*"RAZ")],
+    "depth for alpha": [_exr(*"RGBZ")],
+    "position": [_exr(*"XYZ")],
+    "grey and alpha": [_exr(*"YA")],
+    "U and V": [_exr(*"UV")],
+    "deep": [_exr(*"RGBA", **DEEP)],
+    "deep tiles": [_exr(*"RGBA", kind=exr_files.DEEP_TILED)],
+    "deep first": [_exr(*"RGBA", **DEEP), _exr(*"RGBA", part="other")],
+    "deep second": [_exr(*"RGBA"), _exr(*"RGBA", **DEEP, part="other")],
+}
+
+
+@pytest.mark.parametrize("packed", [False, True], ids=["file", "packed"])
+def test_every_kind_of_exr(packed, tmp_path, caplog):
+    cases = {}
+    for name, parts in EXR_FILES.items():
+        if packed and name == "red and green":
+            continue
+        exr_files.write(tmp_path / f"{name}.exr", *parts)
+        for mode, with_alpha in (("PREMUL", False), ("PREMUL", True), ("STRAIGHT", True)):
+            cases[f"{name} {mode} {with_alpha}"] = texture(
+                tmp_path / f"{name}.exr", "Linear Rec.709", mode, with_alpha, packed
+            )
+    found = wrong(cases)
+    if bpy.app.version < (5, 0, 0):  # Cycles shows what happens to be in memory
+        found = {name: values for name, values in found.items() if "deep" not in name}
+    assert found == {}
+    deep = [record.getMessage() for record in caplog.records if "is a deep" in record.getMessage()]
+    assert len(deep) == len([name for name in cases if "deep" in name and (packed or "second" not in name)])
 
 
 @pytest.mark.parametrize("packed", [False, True], ids=["file", "packed"])

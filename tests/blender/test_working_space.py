@@ -61,6 +61,8 @@ def _cases(folder):
         "blackbody 1500": _one("ShaderNodeBlackbody", inputs={"Temperature": 1500.0}),
         "blackbody 9000": _one("ShaderNodeBlackbody", inputs={"Temperature": 9000.0}),
         "sky": _one("ShaderNodeTexSky", sky_type="PREETHAM"),
+        "bytes of points": _one("ShaderNodeVertexColor", layer_name="Bytes of POINT"),
+        "bytes of corners": _one("ShaderNodeVertexColor", layer_name="Bytes of CORNER"),
     }
     for length in (450.0, 530.0, 620.0):
         cases[f"wavelength {length}"] = _one("ShaderNodeWavelength", inputs={"Wavelength": length})

@@ -59,9 +59,12 @@ def test_environment_image(stage, tmp_path):
     assert mine.mean() == pytest.approx(reference.mean(), rel=5e-3)
 
 
-@pytest.mark.parametrize("elevation", [0.6, 0.05])
-def test_sky_with_sun(elevation, stage, tmp_path):
+@pytest.mark.parametrize("elevation, method", [(0.6, "AUTOMATIC"), (0.05, "MANUAL")])
+def test_sky_with_sun(elevation, method, stage, tmp_path):
+    """However coarse the map is that the artist chooses, the sun is found."""
     tree, background = world_tree()
+    settings = bpy.context.scene.world.cycles
+    settings.sampling_method, settings.sample_map_resolution = method, 64
     sky = tree.nodes.new("ShaderNodeTexSky")
     sky.sky_type = "NISHITA" if bpy.app.version < (5, 0, 0) else "MULTIPLE_SCATTERING"
     sky.sun_elevation, sky.sun_rotation = elevation, 2.0

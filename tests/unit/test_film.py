@@ -5,7 +5,11 @@ import pytest
 
 from restir_engine.film import FAR, Film
 from restir_engine.kernels.core import records as rec
-from restir_engine.settings import PASSES, filter_table, required_passes
+from restir_engine.session import Session
+from restir_engine.settings import PASSES, RenderSettings, filter_table, required_passes
+from testing.scenes import rooms
+from testing.scenes.lights import matrix
+from testing.scenes.shapes import QUAD
 
 
 def film_with(names, samples=4):
@@ -70,6 +74,28 @@ def test_what_is_seen_through_a_catcher_is_not_darkened():
 def test_depth_of_nothing_is_far():
     film = film_with(["Depth"])
     assert (film.pass_array("Depth") == np.float32(FAR)).all()
+
+
+@pytest.mark.parametrize("integrator", ["PATH", "RESTIR"])
+def test_the_first_sample_is_of_the_middle_of_the_pixel(integrator):
+    """Where a pass holds what it has seen: Position, of a floor, lies below the pixel's middle whatever the seed is."""
+    builder = rooms.Builder()
+    builder.add(QUAD, rooms.diffuse((0.5, 0.5, 0.5)), rooms.scaled(matrix(), 4.0, 4.0, 1.0))
+    camera = rooms.look((0.0, -0.01, 2.0), (0.0, 0.0, 0.0), size=8)
+    scene = builder.finish(camera)
+    pictures = []
+    for seed in (1, 2):
+        settings = RenderSettings(
+            samples=2, seed=seed, integrator=integrator, passes=frozenset({"Combined", "Position"})
+        )
+        session = Session(scene, settings)
+        session.render()
+        pictures.append(session.film.pass_array("Position"))
+    assert np.ptp(pictures[0][..., 0]) > 0.5
+    assert np.abs(pictures[0] - pictures[1]).max() < 1e-5
+    columns = pictures[0][..., 0].mean(0)
+    assert columns == pytest.approx(-columns[::-1], abs=1e-3)
+    assert np.diff(columns) == pytest.approx(np.diff(columns).mean(), rel=0.01)
 
 
 @pytest.mark.parametrize(("kind", "limit"), [("BOX", 0.5), ("GAUSSIAN", 2.25), ("BLACKMAN_HARRIS", 1.5)])

@@ -86,6 +86,8 @@ def start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y):
     if camera.texels != 0:
         return ARRIVES if start_on_surface(scene, camera, integrator, scratch, path, x, y) else ENDS
     u, v = rng.sample2(key, sample, DIM_FILTER)
+    if sample == 0 and integrator.first_centered != 0:
+        u, v = 0.5, 0.5
     lens_u, lens_v = 0.0, 0.0
     if camera.aperture > 0.0:
         lens_u, lens_v = rng.sample2(key, sample, DIM_LENS)

@@ -67,7 +67,7 @@ def principled_hair(c, node, weight):
     if node.model == "HUANG":
         c.warn("hair by Huang differs from Cycles': up to 3 % under a sky, 12 % where it is light, more by small lamps")
         ratio = next((socket for socket in node.inputs if socket.name == "Aspect Ratio"), None)
-        if ratio is not None and (ratio.is_linked or ratio.default_value != 1.0):
+        if ratio is not None and (ratio.is_linked or c.look_at(ratio) != 1.0):
             c.warn("the aspect ratio of hair is left out: strands are round")
     c.emit(layout.opcode, weight, *words)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from functools import lru_cache
 
 import numpy as np
 
@@ -23,27 +22,27 @@ def mix_rgb(c, node):
 
 @node("ShaderNodeValToRGB")
 def color_ramp(c, node):
-    ramp = node.color_ramp
-    table, out = _ramp_table(ramp), c.allocate(4)
-    interpolated = ramp.interpolation != "CONSTANT"
-    c.emit(ops.RAMP, out, c.table(table), len(table), interpolated, c.value(node, "Fac"))
+    out = c.allocate(4)
+    interpolated = node.color_ramp.interpolation != "CONSTANT"
+    c.emit(ops.RAMP, out, c.lookup(_ramp, node), TABLE_STEPS + 1, interpolated, c.value(node, "Fac"))
     return {"Color": out, "Alpha": out + 3}
 
 
-def _ramp_table(ramp) -> np.ndarray:
-    """A colour ramp at TABLE_STEPS intervals, rgba; asking Blender for each takes 50 times as long as drawing lines."""
-    if ramp.interpolation == "LINEAR" and ramp.color_mode == "RGB":
-        stops = tuple((stop.position, *stop.color) for stop in ramp.elements.values())
-        if all(a[0] < b[0] for a, b in itertools.pairwise(stops)):
-            return _lines(stops)
-    return np.array([ramp.evaluate(step) for step in _STEPS.tolist()])
+def _ramp(c, node) -> int:
+    """A colour ramp at TABLE_STEPS intervals, rgba; most ramps of a file are like others of it."""
+    ramp = node.color_ramp
+    stops = tuple([(stop.position, *stop.color) for stop in ramp.elements.values()])
+    name = "ramp", ramp.interpolation, ramp.color_mode, ramp.hue_interpolation, stops
+    return c.scene.shaders.named_table(name, lambda: _ramp_table(ramp, stops))
 
 
-@lru_cache(maxsize=64)
-def _lines(stops: tuple[tuple[float, ...], ...]) -> np.ndarray:
-    """Straight lines between stops (position, red, green, blue, alpha): most ramps of a file are like others of it."""
+def _ramp_table(ramp, stops: tuple[tuple[float, ...], ...]) -> np.ndarray:
+    """stops: (position, red, green, blue, alpha). Asking Blender takes 50 times as long as drawing lines."""
     positions, *channels = zip(*stops, strict=True)
-    return np.column_stack([np.interp(_STEPS, positions, channel) for channel in channels])
+    rising = all(a < b for a, b in itertools.pairwise(positions))
+    if ramp.interpolation == "LINEAR" and ramp.color_mode == "RGB" and rising:
+        return np.column_stack([np.interp(_STEPS, positions, channel) for channel in channels])
+    return np.array([ramp.evaluate(step) for step in _STEPS.tolist()])
 
 
 def _sampled(mapping, curves) -> tuple[np.ndarray, float, float]:

@@ -14,7 +14,7 @@ from ...kernels.lobes.nodes import BSDF_NODES, PRINCIPLED_HAIR, TRANSPARENT
 from ...kernels.shading import opcodes as ops
 from ...scene.names import split_object_property
 from ...scene.shaders import Program
-from .assembler import TooManyRegisters
+from .assembler import Code, TooManyRegisters
 from .bump import displaced_normal
 from .fallback import unsupported_closure
 from .proportional import proportional_to
@@ -47,6 +47,7 @@ class Compiler(ValueCompiler):
         self.flags = 0
         self.emission_estimate = np.zeros(3)
         self.one = self.constant((1.0, 1.0, 1.0))
+        self.code: Code | None = None  # once it is compiled
         self._converters = CLOSURES  # or VOLUMES, INSIDE
         self._medium: list[list[int]] = []  # instructions of the medium inside
         self._displacement: list[list[int]] = []  # of what moves vertices
@@ -54,6 +55,12 @@ class Compiler(ValueCompiler):
         self._medium_grid = -1  # the grid to which all of the medium's coefficients are proportional
         self._weight = self.one  # of the closure that is being compiled
         self._estimates: dict[int, float] = {self.one: 1.0}
+
+    @property
+    def terms(self) -> tuple:
+        """What the program depends on beside the tree."""
+        own = self.transparent_shadows, self.displacement_method, self.subsurface, self.in_grids, self.is_medium
+        return self.kind, *own
 
     # Entry ----------------------------------------------------------------------------------------------------
 
@@ -92,14 +99,16 @@ class Compiler(ValueCompiler):
         if count > rec.MAX_CLOSURES:
             self.warn(f"has {count} closures, of which {rec.MAX_CLOSURES} at most are rendered at a point")
         parts = {"medium": self._medium, "displacement": self._displacement, "aovs": self._aovs}
-        code, constants, starts = self.finish(parts, shadow)
+        self.code = self.finish(parts, shadow)
+        is_alone = self.is_alone
+        found = self.look_up(self.code)
+        self.is_alone = is_alone  # what is missing is said of each tree
         return Program(
-            code,
-            constants,
+            *self.code.link(self.block_values(self.code), found),
             flags=self.flags,
             emission_estimate=tuple(self.emission_estimate),
             medium_grid=self._medium_grid,
-            **starts,
+            **self.code.starts,
         )
 
     def _surface(self, output: bpy.types.Node) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ...kernels.shading import opcodes as ops
@@ -138,21 +140,20 @@ def separate_xyz(c, node):
 def mapping(c, node):
     vector = c.vector(node, "Vector")
     parts = [c.vector(node, name) for name in ("Location", "Rotation", "Scale")]
-    known = [c.constant_value(part, 3) for part in parts]
+    matrix = c.folded(_MAPPINGS[node.vector_type], *((part, 3) for part in parts))
     out = c.allocate(3)
-    if any(values is None for values in known):
+    if matrix is None:
         c.emit(ops.MAPPING, out, ops.MAPPING_TYPES.index(node.vector_type), vector, *parts)
         return {"Vector": out}
-    c.emit(ops.AFFINE, out, vector, c.constant(tuple(_mapping_matrix(node.vector_type, *known).ravel())))
+    c.emit(ops.AFFINE, out, vector, matrix)
     if node.vector_type == "NORMAL":
         c.emit(ops.NORMALIZE, out, out)
     return {"Vector": out}
 
 
-def _mapping_matrix(kind: str, location, rotation, scale) -> np.ndarray:
-    """The 3x4 matrix of a Mapping node whose inputs are constant."""
-    x, y, z = rotation
-    cx, cy, cz, sx, sy, sz = np.cos(x), np.cos(y), np.cos(z), np.sin(x), np.sin(y), np.sin(z)
+def _mapping_matrix(kind: str, location, rotation, scale) -> tuple[float, ...]:
+    """The 3x4 matrix, row by row, of a Mapping node whose inputs are constant."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(rotation).tolist(), np.sin(rotation).tolist()
     turn = np.array(
         [
             [cy * cz, sy * sx * cz - cx * sz, sy * cx * cz + sx * sz],
@@ -164,9 +165,12 @@ def _mapping_matrix(kind: str, location, rotation, scale) -> np.ndarray:
     inverse_scale = np.divide(1.0, scale, out=np.zeros(3), where=scale != 0.0)
     if kind == "TEXTURE":
         matrix = inverse_scale[:, None] * turn.T
-        return np.column_stack([matrix, -matrix @ np.array(location)])
+        return tuple(np.column_stack([matrix, -matrix @ np.array(location)]).ravel().tolist())
     matrix = turn * (inverse_scale if kind == "NORMAL" else scale)
-    return np.column_stack([matrix, location if kind == "POINT" else np.zeros(3)])
+    return tuple(np.column_stack([matrix, location if kind == "POINT" else np.zeros(3)]).ravel().tolist())
+
+
+_MAPPINGS = {kind: partial(_mapping_matrix, kind) for kind in ops.MAPPING_TYPES}
 
 
 @node("ShaderNodeVectorRotate")
@@ -199,9 +203,7 @@ def vector_transform(c, node):
 
 @node("ShaderNodeNormal")
 def normal(c, node):
-    direction = np.array(node.outputs["Normal"].default_value)
-    length = np.linalg.norm(direction)
-    direction = c.constant(tuple(direction / length if length > 0.0 else direction))
+    direction = c.folded(_unit, (c.parameter(node.outputs["Normal"]), 3))
     zero = c.constant((0.0, 0.0, 0.0))
 
     def product() -> int:
@@ -212,3 +214,9 @@ def normal(c, node):
         return out
 
     return {"Normal": direction, "Dot": product}
+
+
+def _unit(vector: tuple[float, ...]) -> tuple[float, ...]:
+    direction = np.array(vector)
+    length = np.linalg.norm(direction)
+    return tuple((direction / length).tolist()) if length > 0.0 else vector

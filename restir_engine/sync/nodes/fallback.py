@@ -21,10 +21,8 @@ def unsupported_node(c, node) -> dict[str, int]:
         read = c.value if output.type == "VALUE" else c.vector
         if source is not None:
             result[output.identifier] = read(node, source.identifier)
-        elif output.type == "VALUE":
-            result[output.identifier] = c.constant(output.default_value)
         else:
-            result[output.identifier] = c.constant(tuple(output.default_value)[:3])
+            result[output.identifier] = c.parameter(output)
     return result
 
 

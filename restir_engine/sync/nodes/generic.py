@@ -25,15 +25,15 @@ def implicit_conversion(c, node):
     return {"Value": lambda: c.converted(node, node.inputs[0].identifier, node.outputs[0])}
 
 
-def _chosen(node) -> str | None:
+def _chosen(c, node) -> str | None:
     """The input that a Menu Switch passes on. A link to the menu is not followed."""
-    choice = node.inputs[0].default_value
+    choice = c.look_at(node.inputs[0])
     return next((socket.identifier for socket in node.inputs[1:] if socket.name == choice), None)
 
 
 @node("GeometryNodeMenuSwitch")
 def menu_switch(c, node):
-    chosen = _chosen(node)
+    chosen = _chosen(c, node)
     if chosen is None:
         return {}
     flags = {output.identifier: c.constant(float(output.identifier == chosen)) for output in node.outputs[1:]}
@@ -42,6 +42,6 @@ def menu_switch(c, node):
 
 @closure("GeometryNodeMenuSwitch")
 def menu_switch_shader(c, node, weight):
-    chosen = _chosen(node)
+    chosen = _chosen(c, node)
     if chosen is not None:
         c.closure(node, chosen, weight)

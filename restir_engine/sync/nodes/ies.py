@@ -18,6 +18,7 @@ _MISSING = 100.0  # what Cycles shows for what it cannot read
 def ies_texture(c, node):
     vector, strength, out = c.vector(node, "Vector"), c.value(node, "Strength"), c.allocate(1)
     text = _text(node)
+    c.is_alone = True  # a file's path is relative to the tree's library
     table = None if text is None else ies_table(text)
     if table is None:
         c.warn("IES file is missing" if text is None else "IES file cannot be read")

@@ -28,6 +28,10 @@ def _usable(c, source):
     return source
 
 
+def _index(c, node) -> int:
+    return image_index(c.scene, node.image, node.image_user, c.warn)
+
+
 def _flags(node, source, extension: int) -> int:
     flags = extension | _INTERPOLATIONS[node.interpolation] << 4
     uses_alpha = any(output.identifier == "Alpha" and output.is_linked for output in node.outputs)
@@ -47,7 +51,7 @@ def image_texture(c, node):
         table = c.table(np.array([len(tiles), *np.array(list(tiles.items())).ravel()], np.float32))
         c.emit(ops.IMAGE_TILES, out, vector, table, flags | _PROJECTIONS[node.projection] << 8)
     else:
-        index = -1 if source is None else image_index(c.scene, source, node.image_user, c.warn)
+        index = -1 if source is None else c.lookup(_index, node)
         if node.projection == "BOX":
             c.emit(ops.IMAGE_BOX, out, vector, index, flags, c.constant(node.projection_blend))
         else:
@@ -59,7 +63,7 @@ def image_texture(c, node):
 def environment_texture(c, node):
     source = _usable(c, node.image)
     out = c.allocate(4)
-    index = -1 if source is None else image_index(c.scene, source, node.image_user, c.warn)
+    index = -1 if source is None else c.lookup(_index, node)
     flags = _flags(node, source, image.REPEAT)
     c.emit(ops.ENVIRONMENT, out, texture_vector(c, node), index, flags, _ENVIRONMENTS[node.projection])
     return {"Color": out}

@@ -82,7 +82,7 @@ def default_coordinates(c, node) -> int:
 
 @node("ShaderNodeValue")
 def value(c, node):
-    return {"Value": c.constant(node.outputs[0].default_value)}
+    return {"Value": c.parameter(node.outputs[0])}
 
 
 @node("GeometryNodeInputSceneTime")
@@ -93,7 +93,7 @@ def scene_time(c, node):
 
 @node("ShaderNodeRGB")
 def rgb(c, node):
-    return {"Color": c.constant(tuple(node.outputs[0].default_value)[:3])}
+    return {"Color": c.parameter(node.outputs[0])}
 
 
 @node("ShaderNodeTexCoord")

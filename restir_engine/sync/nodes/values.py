@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from contextlib import contextmanager
 
 import bpy
@@ -11,7 +12,7 @@ import numpy as np
 
 from ...kernels.shading import opcodes as ops
 from ..working_space import from_rec709, luminance_weights
-from .assembler import Assembler
+from .assembler import LOOKED_UP, Assembler, Code
 from .fallback import unsupported_node
 from .registry import NODES, UNLINKED, has_converter
 from .sockets import COLOR, FLOAT, INT, NUMBERS, SHADER, VECTOR, Inputs, Links, kind_of, same_socket
@@ -40,6 +41,9 @@ class ValueCompiler(Assembler):
         self._nodes: list[bpy.types.Node] = []  # being converted, for warnings and against cycles
         self._active: set = set()
         self._cache: dict = {}
+        self.looked_at: dict = {}  # attributes of sockets that decide what code there is, by (socket, name)
+        self.lookups: list[tuple[Callable[..., int], bpy.types.Node]] = []
+        self.is_alone = False  # whether the program is of use for no other tree
         self.objects: set[int] = set()  # session_uids of those whose place is a constant of the program
 
     # What converters call -----------------------------------------------------------------------------------
@@ -83,6 +87,30 @@ class ValueCompiler(Assembler):
             inputs = self._inputs[node] = Inputs(node)
         return inputs
 
+    def parameter(self, socket: bpy.types.NodeSocket) -> int:
+        """The register of the number, vector or colour that a socket itself has."""
+        register = self._known.get(socket)
+        return self._new_constant(socket, numbers(socket)) if register is None else register
+
+    def look_at(self, socket: bpy.types.NodeSocket, name: str = "default_value"):
+        """An attribute of a socket that decides what is emitted."""
+        value = self.looked_at[socket, name] = getattr(socket, name)
+        return value
+
+    def lookup(self, function: Callable[..., int], node: bpy.types.Node) -> int:
+        """The immediate that function(compiler, node) gives, for this node and for those like it in other trees."""
+        self.lookups.append((function, node))
+        return LOOKED_UP + len(self.lookups) - 1
+
+    def look_up(self, code: Code) -> list[int]:
+        """What `lookups` give, as `code.link` takes it."""
+        found = []
+        for function, node in self.lookups:
+            self._nodes = [node]
+            found.append(function(self, node))
+        self._nodes = []
+        return [found[number] for number in code.lookups]
+
     def table(self, values) -> int:
         """The offset of these floats in the scene's tables."""
         return self.scene.shaders.table(values)
@@ -93,6 +121,7 @@ class ValueCompiler(Assembler):
 
     def warn(self, text: str) -> None:
         """A warning that names the datablock and the node that is being converted."""
+        self.is_alone = True
         place = f"node “{_INLINED.sub('', self._nodes[-1].name)}”: " if self._nodes else ""
         self.scene.warnings.add(self.kind, self.name, place + text)
 
@@ -117,7 +146,7 @@ class ValueCompiler(Assembler):
             return self.constant(default if kind in NUMBERS else (default,) * 3)
         socket, own = found
         if kind == own == FLOAT and self._links.into(socket) is None:  # most inputs are
-            return self.constant(socket.default_value)
+            return self.parameter(socket)
         return self._convert(*self._input(node, socket, own), kind)
 
     def _input(self, node, socket, kind) -> tuple[int, str]:
@@ -129,12 +158,10 @@ class ValueCompiler(Assembler):
         return self._convert(*found, kind), kind
 
     def _unlinked(self, node, socket, kind) -> int:
-        if kind in NUMBERS:
-            return self.constant(socket.default_value)
-        if kind == VECTOR and socket.hide_value and socket.name in UNLINKED:
+        if kind == VECTOR and self.look_at(socket, "hide_value") and socket.name in UNLINKED:
             return UNLINKED[socket.name](self, node)
-        if kind in (COLOR, VECTOR):
-            return self.constant(socket.default_value[:3])
+        if kind in (INT, FLOAT, COLOR, VECTOR):
+            return self.parameter(socket)
         return self.constant((0.0, 0.0, 0.0))
 
     def _output(self, node, socket) -> tuple[int, str] | None:
@@ -244,30 +271,25 @@ class ValueCompiler(Assembler):
         if wanted == FLOAT and kind == COLOR:
             return self.luminance(register)
         if wanted == FLOAT:
-            opcode = ops.AVERAGE
-            known = self.constant_value(register, 3)
-            if known is not None:
-                return self.constant(sum(known) / 3.0)
+            opcode, folded = ops.AVERAGE, self.folded(_mean, (register, 3))
         else:
-            opcode = ops.SPLAT
-            known = self.constant_value(register)
-            if known is not None:
-                return self.constant(known * 3)
+            opcode, folded = ops.SPLAT, self.folded(_splat, (register, 1))
+        if folded is not None:
+            return folded
         return self._cached(("as", opcode, register), lambda: self._emit_conversion(opcode, register, wanted))
 
     def luminance(self, register: int) -> int:
         """The register of a colour's luminance, by the primaries of the file."""
-        known = self.constant_value(register, 3)
-        weights = luminance_weights()
-        if known is not None:
-            return self.constant(sum(a * b for a, b in zip(known, weights, strict=True)))
+        folded = self.folded(_luminance, (register, 3))
+        if folded is not None:
+            return folded
         if from_rec709() is None:
             return self._cached(("luminance", register), lambda: self._emit_conversion(ops.LUMINANCE, register, FLOAT))
 
         def weigh() -> int:
             out, dot = self.allocate(3), ops.VECTOR_OPERATIONS.index("DOT_PRODUCT")
             zero = self.constant((0.0, 0.0, 0.0))
-            self.emit(ops.VECTOR_MATH, out, dot, register, self.constant(weights), zero, self.constant(1.0))
+            self.emit(ops.VECTOR_MATH, out, dot, register, self.constant(luminance_weights()), zero, self.constant(1.0))
             return out
 
         return self._cached(("luminance", register), weigh)
@@ -283,9 +305,9 @@ class ValueCompiler(Assembler):
 
     def _truncated(self, register: int) -> int:
         """A number without its fraction."""
-        known = self.constant_value(register)
-        if known is not None:
-            return self.constant(float(math.trunc(known[0])) if math.isfinite(known[0]) else 0.0)
+        folded = self.folded(_whole, (register, 1))
+        if folded is not None:
+            return folded
 
         def truncate() -> int:
             out, zero = self.allocate(1), self.constant(0.0)
@@ -298,3 +320,25 @@ class ValueCompiler(Assembler):
         out = self.allocate(1 if wanted == FLOAT else 3)
         self.emit(opcode, out, register)
         return out
+
+
+def numbers(socket: bpy.types.NodeSocket) -> tuple[float, ...]:
+    """The number, or three of the numbers, that a socket itself has."""
+    value = socket.default_value
+    return (float(value),) if isinstance(value, (float, int)) else value[:3]
+
+
+def _mean(values: tuple[float, ...]) -> tuple[float]:
+    return (sum(values) / 3.0,)
+
+
+def _splat(values: tuple[float, ...]) -> tuple[float, ...]:
+    return values * 3
+
+
+def _luminance(values: tuple[float, ...]) -> tuple[float]:
+    return (sum(a * b for a, b in zip(values, luminance_weights(), strict=True)),)
+
+
+def _whole(values: tuple[float, ...]) -> tuple[float]:
+    return (float(math.trunc(values[0])) if math.isfinite(values[0]) else 0.0,)

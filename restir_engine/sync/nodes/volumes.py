@@ -79,7 +79,7 @@ def volume_principled(c, node, weight):
 
 def _times_grid(c, node, socket: str, factor: int, components: int) -> int:
     """A value times the grid that the node names, where the object has such a one."""
-    grid = c.inputs(node).find(socket)[0].default_value
+    grid = c.look_at(c.inputs(node).find(socket)[0])
     return _times(c, grid, factor, components) if grid else factor
 
 

@@ -77,6 +77,7 @@ INTEGRATOR = record(
     "transparent_film",
     ("seen_through", 1),  # α_x α_y up to which what refracts shows a transparent film's background; below 0: nothing
     "filter_table",  # float32 [FILTER_TABLE_SIZE], see settings.filter_table
+    "first_centered",  # 1: the first sample goes through the middle of its pixel
     ("clamp_direct", 1),  # inf: off
     ("clamp_indirect", 1),
     ("filter_glossy", 1),  # inf: off
