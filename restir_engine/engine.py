@@ -18,6 +18,7 @@ from pathlib import Path
 import bpy
 
 from . import denoise, properties, requirements, warning_log
+from .render_job import RenderJob
 from .scene.errors import SceneError
 from .settings import PASS_BY_NAME, Pass, shown_passes
 
@@ -41,7 +42,8 @@ class RestirEngine(bpy.types.RenderEngine):
     # Of the render that is going on: without Persistent Data each frame of an animation has an engine of its own.
     kept = None
 
-    renders = False  # whether a render has begun and not ended; else what Blender wants read is for a bake or a preview
+    job: RenderJob | None = None  # that has begun; else what Blender wants read is for a bake or a preview
+    ends_at_failures = not bpy.app.background  # whether an animation ends at the first frame that fails
 
     past = 0  # counts undo, redo and loading, after which datablocks may be others than before
 
@@ -57,8 +59,8 @@ class RestirEngine(bpy.types.RenderEngine):
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows, unless Blender bakes: of what, it tells later."""
         self.scene, self.baked, self.images = None, None, 0
-        self.has_read = self.renders or self.is_preview
-        if self.has_read:
+        self.has_read = self.job is not None or self.is_preview
+        if self.has_read and not self._is_of_failed_frame:
             self._read(depsgraph)
 
     def _read(self, depsgraph: bpy.types.Depsgraph) -> None:
@@ -74,11 +76,14 @@ class RestirEngine(bpy.types.RenderEngine):
                 properties.preview_settings(*of_frame, artist) if artist else properties.render_settings(*of_frame)
             )
             self.settings.require_samples()
+            from .sync.camera import NO_CAMERA
             from .sync.depsgraph import read_scene
             from .sync.kept import Kept
             from .sync.motion import Frames
             from .sync.views import Views
 
+            if self.job is not None and self.job.stands_in(self.camera_override or depsgraph.scene.camera):
+                raise SceneError(NO_CAMERA)
             if self.is_preview:
                 self.kept = Kept()
             elif self.kept is None:
@@ -103,6 +108,7 @@ class RestirEngine(bpy.types.RenderEngine):
         if not self.has_read:
             self._read(depsgraph)
         if self.scene is None:
+            self._deliver_nothing(depsgraph)
             return
         with failures_told(self, "The render stopped"):
             scene, self.scene = self.scene, None
@@ -135,6 +141,19 @@ class RestirEngine(bpy.types.RenderEngine):
             self._keep_record(session, depsgraph, time.perf_counter() - began)
             deliver(self, result, session)
         return session
+
+    @property
+    def _is_of_failed_frame(self) -> bool:
+        """Whether what is rendered now is thrown away."""
+        return self.job is not None and self.job.frame_failed
+
+    def _deliver_nothing(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Hand over an empty picture of a frame that is thrown away, so that Blender has one."""
+        if self._is_of_failed_frame:
+            layer = depsgraph.view_layer.name
+            result = self.begin_result(0, 0, self.resolution_x, self.resolution_y, layer=layer)
+            if result is not None:
+                self.end_result(result)
 
     def _delivers_file(self, depsgraph: bpy.types.Depsgraph) -> bool:
         """Whether a file takes the place of the render, in which this engine has what it needs."""
@@ -334,9 +353,12 @@ def unexpected(what: str, error: BaseException) -> str:
 
 
 def fail(engine: RestirEngine, text: str) -> None:
-    """End the render with a message that says what to do."""
+    """End the render, or of an animation where nobody looks on the frame, with a message that says what to do."""
     engine.error_set(text)
-    engine.report({"ERROR"}, text)
+    if engine.is_animation and engine.job is not None and not engine.ends_at_failures:
+        engine.job.fail_frame(engine, text)
+    else:
+        engine.report({"ERROR"}, text)
 
 
 def report_warnings(engine: RestirEngine, scene: bpy.types.Scene, warnings) -> None:
@@ -381,27 +403,42 @@ def give_up(scene: bpy.types.Scene | None = None, *_) -> None:
 
 
 @bpy.app.handlers.persistent
-def begin_render(*_) -> None:
-    """What the engine is asked for from now on is a picture."""
-    RestirEngine.renders = True
+def begin_render(scene: bpy.types.Scene, *_) -> None:
+    """What the engine is asked for from now on is a picture; frames begin when handlers of the file have run."""
+    handlers = bpy.app.handlers.render_pre
+    if begin_frame in handlers:
+        handlers.remove(begin_frame)
+    handlers.append(begin_frame)
+    RestirEngine.job = RenderJob(scene, goes_on=not RestirEngine.ends_at_failures)
+
+
+@bpy.app.handlers.persistent
+def begin_frame(*_) -> None:
+    """Of this frame."""
+    if RestirEngine.job is not None:
+        RestirEngine.job.begin_frame()
+
+
+@bpy.app.handlers.persistent
+def end_frame(*_) -> None:
+    """Which is written."""
+    if RestirEngine.job is not None:
+        RestirEngine.job.end_frame()
 
 
 @bpy.app.handlers.persistent
 def end_render(*_) -> None:
-    """No more."""
-    RestirEngine.renders = False
+    """No more. At the end of a batch render, where it is not missed, stands what was not rendered as meant."""
+    job, RestirEngine.job = RestirEngine.job, None
+    failed, count = job.end() if job is not None else "", warning_log.end_job()
+    warned = f"{count} {'warning' if count == 1 else 'warnings'}" if count else ""
+    if bpy.app.background and (warned or failed):
+        print("ReSTIR:", ", ".join(filter(None, (warned, failed))), flush=True)
 
 
-@bpy.app.handlers.persistent
-def tell_count(*_) -> None:
-    """Say at the end of a batch render, where it is not missed, that some things were not rendered as meant."""
-    count = warning_log.end_job()
-    if bpy.app.background and count:
-        print(f"ReSTIR: {count} {'warning' if count == 1 else 'warnings'}", flush=True)
-
-
-def keep_between_renders() -> None:
-    """Let what renders have left stay until another file is opened, as within an animation."""
+def render_for_farm() -> None:
+    """Let what renders have left stay until another file is opened, as within an animation, and failures be told."""
+    RestirEngine.ends_at_failures = True
     for name in ("render_complete", "render_cancel"):
         handlers = getattr(bpy.app.handlers, name)
         if give_up in handlers:
@@ -416,12 +453,12 @@ def note_past(*_) -> None:
 
 HANDLERS = (
     ("render_init", begin_render),
+    ("render_pre", begin_frame),
+    ("render_write", end_frame),
     ("render_complete", end_render),
     ("render_cancel", end_render),
     ("render_complete", give_up),
-    ("render_complete", tell_count),
     ("render_cancel", give_up),
-    ("render_cancel", tell_count),
     ("load_pre", give_up),
     ("undo_post", note_past),
     ("redo_post", note_past),

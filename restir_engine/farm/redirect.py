@@ -81,6 +81,12 @@ def redirected(scene: bpy.types.Scene, state: Path) -> Iterator[Redirected]:
                 setattr(owner, name, value)
 
 
+def composited_folders(scene: bpy.types.Scene) -> list[Path]:
+    """The folders that File Output nodes write to."""
+    paths = [(getattr(owner, name), is_file) for owner, name, is_file in _paths(scene)[1:]]
+    return [expanded(scene, os.path.dirname(path) if is_file else path) for path, is_file in paths]
+
+
 def escaped(path: Path) -> str:
     """A path whose braces are none of Blender's templates."""
     return str(path).replace("{", "{{").replace("}", "}}")

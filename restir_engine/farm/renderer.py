@@ -57,7 +57,7 @@ class Renderer:
 
     def __init__(self) -> None:
         self._open: tuple = ()
-        engine.keep_between_renders()
+        engine.render_for_farm()
 
     def facts(self, job: Job) -> dict:
         """What a job consists of, by its file: see the keys. Its `files` are those that this machine sees."""

@@ -18,6 +18,7 @@ from restir_engine.farm.tasks import (
     Task,
     parse_frames,
     sample_ranges,
+    spans,
 )
 from restir_engine.kernels.core import locks
 
@@ -34,7 +35,7 @@ from restir_engine.kernels.core import locks
 )
 def test_frames_are_read(text, frames):
     assert parse_frames(text) == frames
-    assert parse_frames(template.spans(frames)) == sorted(frames)
+    assert parse_frames(spans(frames)) == sorted(frames)
 
 
 @pytest.mark.parametrize("text", ["", "a", "1-", "5-1", "1-5:0", "1,,2"])
