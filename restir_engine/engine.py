@@ -45,20 +45,21 @@ class RestirEngine(bpy.types.RenderEngine):
     job: RenderJob | None = None  # that has begun; else what Blender wants read is for a bake or a preview
     ends_at_failures = not bpy.app.background  # whether an animation ends at the first frame that fails
 
+    baked = None  # the scene of the bake that is going on: each object has an engine of its own
+
     past = 0  # counts undo, redo and loading, after which datablocks may be others than before
 
     def __init__(self, *args, **kwargs) -> None:
         super().__init__(*args, **kwargs)
         self.scene = self.views = None
         self.has_read = False
-        self.baked = None  # the scene of a bake, and the instance
-        self.images = 0  # that have been baked of it
+        self.images = 0  # that have been baked
         self.settings = None
         self.view = None
 
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows, unless Blender bakes: of what, it tells later."""
-        self.scene, self.baked, self.images = None, None, 0
+        self.scene, self.images = None, 0
         self.has_read = self.job is not None or self.is_preview
         if self.has_read and not self._is_of_failed_frame:
             self._read(depsgraph)
@@ -185,27 +186,26 @@ class RestirEngine(bpy.types.RenderEngine):
             self.update_stats("", "Reading the scene")
             from .baking import bake_picture, bake_settings, jitters
             from .session import Session
-            from .sync.bake import chosen_parts, read_baked, read_texels
-            from .sync.kept import Kept
+            from .sync.bake import BakedScene, chosen_parts, read_texels
 
             scene, parts = depsgraph.scene, chosen_parts(parts)
             settings = bake_settings(properties.render_settings(scene, depsgraph.view_layer_eval), kind, parts)
             if scene.restir.integrator != settings.integrator:
                 log.info("Bakes are path traced")
             if self.baked is None:
-                self.kept = Kept()  # for this object's images
-                self.baked = read_baked(depsgraph, settings, item, kind, self.kept.meshes)
-            described, instance = self.baked
+                RestirEngine.baked = BakedScene()
+            baked = self.baked
+            described, instance = baked.read(depsgraph, settings, item, kind)
             self.images += 1  # Blender finds the image that a result is for by the name of its layer
             result = self.begin_result(0, 0, width, height, layer=f"{depsgraph.view_layer.name} {self.images}")
             from_camera = scene.render.bake.view_from == "ACTIVE_CAMERA"
             texels = read_texels(result, instance, jitters(kind, settings), from_camera)
             camera = replace(described.camera, texels=texels)
-            session = Session(described, settings, camera, trees=self.kept.trees)
+            session = Session(described, settings, camera, trees=baked.kept.trees)
             try:
                 session.render(self.test_break, Display(self, result).status)
             finally:
-                self.baked = session.scene, instance
+                baked.note(session.scene)
                 if session.film.samples:
                     picture = bake_picture(session, kind, parts)
                     result.layers[0].passes["Combined"].rect.foreach_set(picture.ravel())
@@ -446,6 +446,13 @@ def render_for_farm() -> None:
 
 
 @bpy.app.handlers.persistent
+def end_bake(scene: bpy.types.Scene | None = None, depsgraph: bpy.types.Depsgraph | None = None) -> None:
+    """Forget what a bake has left, at its end or when what the window shows has changed, as it does at the end too."""
+    if RestirEngine.baked is not None and (depsgraph is None or depsgraph.mode == "VIEWPORT"):
+        RestirEngine.baked = None
+
+
+@bpy.app.handlers.persistent
 def note_past(*_) -> None:
     """The file is another one, or as it was."""
     RestirEngine.past += 1
@@ -460,6 +467,10 @@ HANDLERS = (
     ("render_complete", give_up),
     ("render_cancel", give_up),
     ("load_pre", give_up),
+    ("load_pre", end_bake),
+    ("object_bake_complete", end_bake),
+    ("object_bake_cancel", end_bake),
+    ("depsgraph_update_post", end_bake),  # a script's bake has none of its own
     ("undo_post", note_past),
     ("redo_post", note_past),
     ("load_post", note_past),
