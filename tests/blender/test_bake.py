@@ -150,6 +150,18 @@ def test_the_scene_is_read_once_for_several_objects(stage, monkeypatch):
     assert len(reads) == 2
 
 
+def test_a_path_begins_outside_of_the_fog_that_the_surface_is_in():
+    """And enters the one between it and the lamp."""
+    bakes.empty()
+    floor = kit.put("plane", kit.diffuse(), scale=1.0)
+    image = bakes.target(floor, 16)
+    fog = kit.material(lambda node: {"Volume": node("VolumeAbsorption", Density=0.5, Color=(0.2, 0.5, 0.7))})
+    kit.put("cube", fog, scale=30.0)
+    kit.put("cube", fog, (0.0, 0.0, 1.0), 0.5)
+    theirs, ours = both(floor, image, "COMBINED", 16)
+    assert_alike(theirs, ours)
+
+
 @pytest.mark.parametrize("domain", ["POINT", "CORNER"])
 def test_color_attributes(domain):
     """Right in the corners of faces, which share their noise."""
