@@ -105,11 +105,15 @@ class RestirEngine(bpy.types.RenderEngine):
         """Render what `update` read."""
         if self._delivers_file(depsgraph):
             self._deliver_file(depsgraph)
-            return
+        else:
+            self._render(depsgraph)
+        if self._is_of_failed_frame:
+            self._deliver_nothing(depsgraph)
+
+    def _render(self, depsgraph: bpy.types.Depsgraph) -> None:
         if not self.has_read:
             self._read(depsgraph)
         if self.scene is None:
-            self._deliver_nothing(depsgraph)
             return
         with failures_told(self, "The render stopped"):
             scene, self.scene = self.scene, None
@@ -149,10 +153,11 @@ class RestirEngine(bpy.types.RenderEngine):
         return self.job is not None and self.job.frame_failed
 
     def _deliver_nothing(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Hand over an empty picture of a frame that is thrown away, so that Blender has one."""
-        if self._is_of_failed_frame:
+        """Hand over an empty picture of a frame that is thrown away: without one Blender can end as it writes it."""
+        views = self.get_result().views
+        for view in [view.name for view in views] or [""]:
             layer = depsgraph.view_layer.name
-            result = self.begin_result(0, 0, self.resolution_x, self.resolution_y, layer=layer)
+            result = self.begin_result(0, 0, self.resolution_x, self.resolution_y, layer=layer, view=view)
             if result is not None:
                 self.end_result(result)
 

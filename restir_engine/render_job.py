@@ -132,9 +132,11 @@ def _composited(scene: bpy.types.Scene, frame: int) -> dict[Path, int]:
 
 def _placeholders(scene: bpy.types.Scene, frame: int) -> list[Path]:
     """The empty files that Blender has put where it wanted to write a frame."""
-    render = scene.render
-    names = ["", *(view.name for view in render.views)] if render.use_multiview else [""]
-    paths = {Path(render.frame_path(frame=frame, view=name)) for name in names if render.use_placeholder}
+    from .farm.redirect import frame_paths
+
+    if not scene.render.use_placeholder:
+        return []
+    paths = frame_paths(scene, frame) | {Path(scene.render.frame_path(frame=frame))}  # that one for views, too
     return [path for path in paths if path.is_file() and not path.stat().st_size]
 
 

@@ -45,9 +45,8 @@ class Progress:
             self._stream.write(f"\r\033[K{text}")
             self._stream.flush()
         elif now - self._written > EVERY and text != self._shown:
-            self._written = now
+            self._written, self._shown = now, text
             self.tell(text)
-        self._shown = text
 
     def line(self, running: dict[Task, int], workers: int, now: float) -> str:
         """Frames, samples, remaining time, workers."""

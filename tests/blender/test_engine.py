@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from restir_engine import engine, properties
+from restir_engine import engine, properties, session
 from restir_engine.settings import DENOISING_ROUGHNESS, PASSES, SPECULAR_ALBEDO
 from testing.blender import exr, farm, kit
 from testing.blender.render import exact_layers
@@ -387,18 +387,18 @@ def test_frames_of_an_animation(lit, tmp_path, written):
 def test_an_animation_goes_on_where_a_frame_fails(scene, tmp_path, monkeypatch, capfd, what):
     farm.save(tmp_path / "shot.blend", size=8, samples=1, frames=4, composited=True)
     scene = bpy.context.scene
-    camera, render = scene.camera, engine.RestirEngine._render_view
+    camera, render = scene.camera, session.Session.render
 
     def without_camera(scene, *_):
         scene.camera = None if what == "no camera" and scene.frame_current in (2, 3) else camera
 
-    def planted(self, described, *rest):
+    def planted(self, *arguments):
         if what == "planted" and scene.frame_current in (2, 3):
             raise ValueError(what)
-        return render(self, described, *rest)
+        render(self, *arguments)
 
     monkeypatch.setattr(engine.RestirEngine, "ends_at_failures", False)
-    monkeypatch.setattr(engine.RestirEngine, "_render_view", planted)
+    monkeypatch.setattr(session.Session, "render", planted)
     bpy.app.handlers.render_pre.append(without_camera)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "frame_0003.exr").write_bytes(b"of an earlier render")
