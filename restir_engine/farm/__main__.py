@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from .tasks import Job, Plan, parse_frames, sample_ranges
+from .tasks import Job, Plan, parse_frames, sample_ranges, spans
 
 INTERRUPTED = 130  # exit code, as shells have it
 
@@ -152,11 +152,12 @@ def _count(number: int, what: str) -> str:
 
 def summary(plan: Plan, progress) -> int:
     """Tell what became of the frames; the exit code."""
-    progress.tell(f"{len(plan.written)} of {_count(plan.frames, 'frame')} written.")
+    warned = f", {_count(progress.warnings, 'warning')}" if progress.warnings else ""
+    progress.tell(f"{len(plan.written)} of {_count(plan.frames, 'frame')} written{warned}.")
     for _, why in sorted(plan.failures.items()):
         progress.tell(f"FAILED {why.partition(chr(10))[0]}")
     if plan.failures:
-        progress.tell("When that is mended, the same command with --resume renders what is missing.")
+        progress.tell(f"When that is mended, --frames {spans(plan.failures)} renders these again.")
     return 1 if plan.failures else 0
 
 

@@ -26,6 +26,11 @@ class Progress:
         self._terminal = stream.isatty()
         self._shown = ""
 
+    @property
+    def warnings(self) -> int:
+        """How many there were."""
+        return len(self._warnings)
+
     def tell(self, text: str) -> None:
         """A line that stays."""
         self._stream.write(f"\r\033[K{text}\n" if self._terminal else f"{text}\n")
