@@ -77,7 +77,7 @@ class RenderJob:
         if self.frame_failed:
             composited = _composited(self._scene, self._frame).items() - self._composited.items()
             for path in [*dict(composited), *_placeholders(self._scene, self._frame)]:
-                path.unlink()
+                path.unlink(missing_ok=True)
 
     def end(self) -> str:
         """Report what failed, as an error where somebody hears of it; also as a few words, "" where nothing did."""
