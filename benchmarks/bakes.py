@@ -1,5 +1,7 @@
 """Every kind of bake beside Cycles', as Markdown: `python -m benchmarks.bakes [--samples N] [--size PIXELS]`.
 
+With `--objects N`: processor time of one bake of N objects, and of one from N objects to an active one.
+
 Two seeds by each engine. *off*: the difference of the means by the root mean square of Cycles', of the channel that is
 furthest off, and its standard error; *pixels*: the root mean square of the pixels' difference, and what the noise of
 both would make of it; *µs*: of processor time by sample, everything included.
@@ -15,7 +17,7 @@ import time
 import bpy
 import numpy as np
 
-from testing.blender import bakes, render
+from testing.blender import bakes, kit, render
 
 LOBES = {"DIFFUSE", "GLOSSY", "TRANSMISSION"}
 ALL_PARTS = LOBES | {"EMIT", "DIRECT", "INDIRECT"}
@@ -56,12 +58,36 @@ def row(item, image, kind: str, parts: set[str] | None, samples: int, view: str)
     return f"| {item.name} | {name} | {mean} | {apart:.4f} / {expected:.4f} | {times} |"
 
 
+def several(objects: int, size: int, samples: int) -> None:
+    """Processor seconds of bakes of several objects at once, of 80,000 triangles each, by both engines."""
+    bakes.empty()
+    items = [kit.put("ball", kit.diffuse(), (2.5 * i, 0.0, 1.0)) for i in range(objects + 1)]
+    for item in items:
+        item.modifiers.new("Subdivision", "SUBSURF").levels = item.modifiers[0].render_levels = 3
+    low = items.pop()
+    low.modifiers.clear()
+    images = [bakes.target(item, size) for item in (*items, low)]
+    for what, active, selected, options in (
+        ("each of", items[0], items[1:], {}),
+        ("from", low, items, {"use_selected_to_active": True, "cage_extrusion": 0.1}),
+    ):
+        for engine in (*ENGINES, *ENGINES):
+            start = time.process_time()
+            with render.quiet():
+                bakes.bake(engine, active, images[0], "AO", samples, selected=selected, **options)
+            print(f"{what} {objects} objects, {engine}: {time.process_time() - start:.2f} s", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=256)
     parser.add_argument("--size", type=int, default=64)
     parser.add_argument("--view", default="ABOVE_SURFACE", choices=["ABOVE_SURFACE", "ACTIVE_CAMERA"])
+    parser.add_argument("--objects", type=int, default=0)
     options = parser.parse_args()
+    if options.objects:
+        several(options.objects, options.size, options.samples)
+        return
     print("| object | bake | off | pixels | Cycles µs | ours µs |\n|---|---|---|---|---|---|")
     with render.quiet():
         items = bakes.stage()

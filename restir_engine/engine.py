@@ -18,6 +18,7 @@ from pathlib import Path
 import bpy
 
 from . import denoise, properties, requirements, warning_log
+from .render_job import RenderJob
 from .scene.errors import SceneError
 from .settings import PASS_BY_NAME, Pass, shown_passes
 
@@ -41,7 +42,10 @@ class RestirEngine(bpy.types.RenderEngine):
     # Of the render that is going on: without Persistent Data each frame of an animation has an engine of its own.
     kept = None
 
-    renders = False  # whether a render has begun and not ended; else what Blender wants read is for a bake or a preview
+    job: RenderJob | None = None  # that has begun; else what Blender wants read is for a bake or a preview
+    ends_at_failures = not bpy.app.background  # whether an animation ends at the first frame that fails
+
+    baked = None  # the scene of the bake that is going on: each object has an engine of its own
 
     past = 0  # counts undo, redo and loading, after which datablocks may be others than before
 
@@ -49,16 +53,15 @@ class RestirEngine(bpy.types.RenderEngine):
         super().__init__(*args, **kwargs)
         self.scene = self.views = None
         self.has_read = False
-        self.baked = None  # the scene of a bake, and the instance
-        self.images = 0  # that have been baked of it
+        self.images = 0  # that have been baked
         self.settings = None
         self.view = None
 
     def update(self, data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Read what the view layer shows, unless Blender bakes: of what, it tells later."""
-        self.scene, self.baked, self.images = None, None, 0
-        self.has_read = self.renders or self.is_preview
-        if self.has_read:
+        self.scene, self.images = None, 0
+        self.has_read = self.job is not None or self.is_preview
+        if self.has_read and not self._is_of_failed_frame:
             self._read(depsgraph)
 
     def _read(self, depsgraph: bpy.types.Depsgraph) -> None:
@@ -74,11 +77,14 @@ class RestirEngine(bpy.types.RenderEngine):
                 properties.preview_settings(*of_frame, artist) if artist else properties.render_settings(*of_frame)
             )
             self.settings.require_samples()
+            from .sync.camera import NO_CAMERA
             from .sync.depsgraph import read_scene
             from .sync.kept import Kept
             from .sync.motion import Frames
             from .sync.views import Views
 
+            if self.job is not None and self.job.stands_in(self.camera_override or depsgraph.scene.camera):
+                raise SceneError(NO_CAMERA)
             if self.is_preview:
                 self.kept = Kept()
             elif self.kept is None:
@@ -99,7 +105,12 @@ class RestirEngine(bpy.types.RenderEngine):
         """Render what `update` read."""
         if self._delivers_file(depsgraph):
             self._deliver_file(depsgraph)
-            return
+        else:
+            self._render(depsgraph)
+        if self._is_of_failed_frame:
+            self._deliver_nothing(depsgraph)
+
+    def _render(self, depsgraph: bpy.types.Depsgraph) -> None:
         if not self.has_read:
             self._read(depsgraph)
         if self.scene is None:
@@ -136,6 +147,20 @@ class RestirEngine(bpy.types.RenderEngine):
             deliver(self, result, session)
         return session
 
+    @property
+    def _is_of_failed_frame(self) -> bool:
+        """Whether what is rendered now is thrown away."""
+        return self.job is not None and self.job.frame_failed
+
+    def _deliver_nothing(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Hand over an empty picture of a frame that is thrown away: without one Blender can end as it writes it."""
+        views = self.get_result().views
+        for view in [view.name for view in views] or [""]:
+            layer = depsgraph.view_layer.name
+            result = self.begin_result(0, 0, self.resolution_x, self.resolution_y, layer=layer, view=view)
+            if result is not None:
+                self.end_result(result)
+
     def _delivers_file(self, depsgraph: bpy.types.Depsgraph) -> bool:
         """Whether a file takes the place of the render, in which this engine has what it needs."""
         return bool(depsgraph.scene.restir.film_from) and not self.is_preview and not requirements.problem()
@@ -166,27 +191,26 @@ class RestirEngine(bpy.types.RenderEngine):
             self.update_stats("", "Reading the scene")
             from .baking import bake_picture, bake_settings, jitters
             from .session import Session
-            from .sync.bake import chosen_parts, read_baked, read_texels
-            from .sync.kept import Kept
+            from .sync.bake import BakedScene, chosen_parts, read_texels
 
             scene, parts = depsgraph.scene, chosen_parts(parts)
             settings = bake_settings(properties.render_settings(scene, depsgraph.view_layer_eval), kind, parts)
             if scene.restir.integrator != settings.integrator:
                 log.info("Bakes are path traced")
             if self.baked is None:
-                self.kept = Kept()  # for this object's images
-                self.baked = read_baked(depsgraph, settings, item, kind, self.kept.meshes)
-            described, instance = self.baked
+                RestirEngine.baked = BakedScene()
+            baked = self.baked
+            described, instance = baked.read(depsgraph, settings, item, kind)
             self.images += 1  # Blender finds the image that a result is for by the name of its layer
             result = self.begin_result(0, 0, width, height, layer=f"{depsgraph.view_layer.name} {self.images}")
             from_camera = scene.render.bake.view_from == "ACTIVE_CAMERA"
             texels = read_texels(result, instance, jitters(kind, settings), from_camera)
             camera = replace(described.camera, texels=texels)
-            session = Session(described, settings, camera, trees=self.kept.trees)
+            session = Session(described, settings, camera, trees=baked.kept.trees)
             try:
                 session.render(self.test_break, Display(self, result).status)
             finally:
-                self.baked = session.scene, instance
+                baked.note(session.scene)
                 if session.film.samples:
                     picture = bake_picture(session, kind, parts)
                     result.layers[0].passes["Combined"].rect.foreach_set(picture.ravel())
@@ -334,9 +358,12 @@ def unexpected(what: str, error: BaseException) -> str:
 
 
 def fail(engine: RestirEngine, text: str) -> None:
-    """End the render with a message that says what to do."""
+    """End the render, or of an animation where nobody looks on the frame, with a message that says what to do."""
     engine.error_set(text)
-    engine.report({"ERROR"}, text)
+    if engine.is_animation and engine.job is not None and not engine.ends_at_failures:
+        engine.job.fail_frame(engine, text)
+    else:
+        engine.report({"ERROR"}, text)
 
 
 def report_warnings(engine: RestirEngine, scene: bpy.types.Scene, warnings) -> None:
@@ -381,31 +408,53 @@ def give_up(scene: bpy.types.Scene | None = None, *_) -> None:
 
 
 @bpy.app.handlers.persistent
-def begin_render(*_) -> None:
-    """What the engine is asked for from now on is a picture."""
-    RestirEngine.renders = True
+def begin_render(scene: bpy.types.Scene, *_) -> None:
+    """What the engine is asked for from now on is a picture; frames begin when handlers of the file have run."""
+    handlers = bpy.app.handlers.render_pre
+    if begin_frame in handlers:
+        handlers.remove(begin_frame)
+    handlers.append(begin_frame)
+    RestirEngine.job = RenderJob(scene, goes_on=not RestirEngine.ends_at_failures)
+
+
+@bpy.app.handlers.persistent
+def begin_frame(*_) -> None:
+    """Of this frame."""
+    if RestirEngine.job is not None:
+        RestirEngine.job.begin_frame()
+
+
+@bpy.app.handlers.persistent
+def end_frame(*_) -> None:
+    """Which is written."""
+    if RestirEngine.job is not None:
+        RestirEngine.job.end_frame()
 
 
 @bpy.app.handlers.persistent
 def end_render(*_) -> None:
-    """No more."""
-    RestirEngine.renders = False
+    """No more. At the end of a batch render, where it is not missed, stands what was not rendered as meant."""
+    job, RestirEngine.job = RestirEngine.job, None
+    failed, count = job.end() if job is not None else "", warning_log.end_job()
+    warned = f"{count} {'warning' if count == 1 else 'warnings'}" if count else ""
+    if bpy.app.background and (warned or failed):
+        print("ReSTIR:", ", ".join(filter(None, (warned, failed))), flush=True)
 
 
-@bpy.app.handlers.persistent
-def tell_count(*_) -> None:
-    """Say at the end of a batch render, where it is not missed, that some things were not rendered as meant."""
-    count = warning_log.end_job()
-    if bpy.app.background and count:
-        print(f"ReSTIR: {count} {'warning' if count == 1 else 'warnings'}", flush=True)
-
-
-def keep_between_renders() -> None:
-    """Let what renders have left stay until another file is opened, as within an animation."""
+def render_for_farm() -> None:
+    """Let what renders have left stay until another file is opened, as within an animation, and failures be told."""
+    RestirEngine.ends_at_failures = True
     for name in ("render_complete", "render_cancel"):
         handlers = getattr(bpy.app.handlers, name)
         if give_up in handlers:
             handlers.remove(give_up)
+
+
+@bpy.app.handlers.persistent
+def end_bake(scene: bpy.types.Scene | None = None, depsgraph: bpy.types.Depsgraph | None = None) -> None:
+    """Forget what a bake has left, at its end or when what the window shows has changed, as it does at the end too."""
+    if RestirEngine.baked is not None and (depsgraph is None or depsgraph.mode == "VIEWPORT"):
+        RestirEngine.baked = None
 
 
 @bpy.app.handlers.persistent
@@ -416,13 +465,17 @@ def note_past(*_) -> None:
 
 HANDLERS = (
     ("render_init", begin_render),
+    ("render_pre", begin_frame),
+    ("render_write", end_frame),
     ("render_complete", end_render),
     ("render_cancel", end_render),
     ("render_complete", give_up),
-    ("render_complete", tell_count),
     ("render_cancel", give_up),
-    ("render_cancel", tell_count),
     ("load_pre", give_up),
+    ("load_pre", end_bake),
+    ("object_bake_complete", end_bake),
+    ("object_bake_cancel", end_bake),
+    ("depsgraph_update_post", end_bake),  # a script's bake has none of its own
     ("undo_post", note_past),
     ("redo_post", note_past),
     ("load_post", note_past),

@@ -13,10 +13,11 @@ import argparse
 import os
 import signal
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from .tasks import Job, Plan, parse_frames, sample_ranges
+from .tasks import Job, Plan, parse_frames, sample_ranges, spans
 
 INTERRUPTED = 130  # exit code, as shells have it
 
@@ -28,8 +29,8 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("scene", type=Path, help="the .blend, where every machine of the farm finds it")
     found.add_argument("--frames", type=frames, help="such as 1-10,20 or 1-100:5 (default: those of the file)")
-    found.add_argument("--samples", type=int, default=0, metavar="N", help="default: what the file says")
-    found.add_argument("--samples-per-task", type=int, default=0, metavar="N", help="default: a frame is one task")
+    found.add_argument("--samples", type=at_least(0), default=0, metavar="N", help="default: what the file says")
+    found.add_argument("--samples-per-task", type=at_least(0), default=0, metavar="N", help="default: whole frames")
     found.add_argument(
         "--output", default="", help="where to, as Blender's --render-output (default: as the file says)"
     )
@@ -38,13 +39,24 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--keep-parts", action="store_true", help="leave the ranges of finished frames on disk")
     found.add_argument("--enable-autoexec", action="store_true", help="let Python in the file run")
     found.add_argument("--blender", default="", help="default: bpy of the worker's Python, or else blender")
-    found.add_argument("--threads", type=int, default=0, help="of each Blender (default: its share of the machine)")
-    found.add_argument("--tries", type=int, default=3, help="of a task that a machine is to blame for (default: 3)")
+    found.add_argument("--threads", type=at_least(0), default=0, help="of each Blender (default: its share)")
+    found.add_argument("--tries", type=at_least(1), default=3, help="of a task that a machine fails on (default: 3)")
     found.add_argument("--scheduler", default="", metavar="ADDRESS", help="of a Dask cluster (default: one made here)")
-    found.add_argument("--workers", type=int, default=1, help="of the cluster made here (default: 1)")
+    found.add_argument("--workers", type=at_least(1), default=1, help="of the cluster made here (default: 1)")
     found.add_argument("--dashboard", default="127.0.0.1:8787", metavar="ADDRESS", help="of the cluster made here")
     found.add_argument("--template", type=Path, metavar="FILE", help="write an Open Job Description, and end")
     return found
+
+
+def at_least(least: int) -> Callable[[str], int]:
+    """A number of the command line that is no smaller."""
+
+    def number(text: str) -> int:
+        if not text.isdecimal() or int(text) < least:
+            raise argparse.ArgumentTypeError(f"“{text}” is no whole number of at least {least}.")
+        return int(text)
+
+    return number
 
 
 def frames(text: str) -> list[int]:
@@ -75,6 +87,9 @@ def main(arguments: list[str] | None = None) -> int:
         threads=options.threads,
         keep_parts=options.keep_parts,
     )
+    if not options.scheduler and not options.scene.is_file():
+        print(f"“{options.scene}” is no file: name a .blend.", file=sys.stderr)
+        return 1
     if options.template:
         return write_template(job, options)
     try:
@@ -117,7 +132,7 @@ def render(cluster, client, job: Job, options: argparse.Namespace) -> int:
 
     print(f"Dashboard: {client.dashboard_link}", flush=True)
     if not client.nthreads():
-        print("Waiting for workers", flush=True)
+        print(f"Waiting for workers: dask worker {client.scheduler.address} --nthreads 1 starts one", flush=True)
     with cluster.Run(client, job, options.blender) as run:
         facts = run.prepare(options.resume)
         ranges = sample_ranges(facts["samples"], job.samples_per_task)
@@ -125,7 +140,7 @@ def render(cluster, client, job: Job, options: argparse.Namespace) -> int:
         progress = Progress(plan, facts["version"])
         tasks = f"{len(ranges)} ranges of {facts['samples']} samples" if len(ranges) > 1 else "one task each"
         progress.tell(f"{job.scene}: {_count(plan.frames, 'frame')}, {tasks}, into {os.path.dirname(facts['path'])}")
-        for line in (*facts["warnings"], *(f"“{path}” is missing" for path in facts["missing"])):
+        for line in facts["warnings"]:
             progress.warn(line)
         run.render(plan, progress.outcome, progress.show)
     return summary(plan, progress)
@@ -137,9 +152,12 @@ def _count(number: int, what: str) -> str:
 
 def summary(plan: Plan, progress) -> int:
     """Tell what became of the frames; the exit code."""
-    progress.tell(f"{len(plan.written)} of {_count(plan.frames, 'frame')} written.")
+    warned = f", {_count(progress.warnings, 'warning')}" if progress.warnings else ""
+    progress.tell(f"{len(plan.written)} of {_count(plan.frames, 'frame')} written{warned}.")
     for _, why in sorted(plan.failures.items()):
         progress.tell(f"FAILED {why.partition(chr(10))[0]}")
+    if plan.failures:
+        progress.tell(f"When that is mended, --frames {spans(plan.failures)} renders these again.")
     return 1 if plan.failures else 0
 
 

@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -20,7 +21,9 @@ from .service import HOST, MARK
 KEPT_LINES = 400  # of what Blender prints in the course of a task
 TOLD_LINES = 12  # of these, where it fails
 START = 300.0  # seconds that Blender may take to be ready
+ITS_BLENDER = "--blender names a Blender that has the ReSTIR extension enabled, at the same path on all machines."
 _HANDLER = re.compile(r"Error in (bpy\.app\.handlers\.\w+)")
+_USUAL = re.compile(r"(^|\| )Read blend: |^scripts disabled for ")  # what Blender tells of a file that it opens
 
 
 def command(blender: str, *arguments: str) -> list[str]:
@@ -68,6 +71,9 @@ class Child:
                 self._process.stdin.write(json.dumps(request) + "\n")
                 self._process.stdin.flush()
                 outcome = self._answer(tell)
+            except FileNotFoundError as error:
+                text = f"there is no “{error.filename}” on {socket.gethostname()}. {ITS_BLENDER}"
+                outcome = {"ok": False, "blame": HOST, "text": f"Blender could not be started: {text}"}
             except OSError as error:
                 outcome = {"ok": False, "blame": HOST, "text": f"Blender could not be started: {error}"}
             return outcome | {
@@ -102,7 +108,7 @@ class Child:
         finally:
             timer.cancel()
         if not self.greeting.get("ready"):
-            raise OSError(self.greeting["text"])
+            raise OSError(f"{self.greeting['text']} before it could render. {ITS_BLENDER}")
 
     def _answer(self, tell: Callable[[dict], None]) -> dict:
         """Read until an outcome."""
@@ -126,7 +132,11 @@ def _how(code: int) -> str:
     if code >= 0:
         return f"with exit code {code}"
     name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
-    return f"by signal {name}" + (": often the system's, when memory runs out" if name == "SIGKILL" else "")
+    return f"by signal {name}" + (
+        ", often the system's when memory runs out: let fewer workers render on a machine, or choose one with more"
+        if name == "SIGKILL"
+        else ""
+    )
 
 
 def handler_errors(lines: deque[str]) -> list[str]:
@@ -146,5 +156,6 @@ def handler_errors(lines: deque[str]) -> list[str]:
 
 def told(outcome: dict) -> str:
     """A failure with the last lines that Blender printed."""
-    lines = [line for line in outcome.get("log", []) if line not in outcome["text"]]
+    lines = [line for line in outcome.get("log", []) if not _USUAL.search(line)]
+    lines = [line for line in dict.fromkeys(lines) if line.removeprefix("Error: ") not in outcome["text"]]
     return "\n    ".join([outcome["text"], *lines])

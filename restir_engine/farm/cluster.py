@@ -30,6 +30,7 @@ from distributed import (
     WorkerPlugin,
     get_worker,
 )
+from distributed.comm import get_address_host
 
 from ..kernels.core import locks
 from .child import Child, told
@@ -39,6 +40,7 @@ from .tasks import FINISH, UNFINISHED, Job, Plan, Task
 RESOURCE = "restir"  # of which each worker has 1: it renders one task at a time, however many threads Dask gives it
 TICK = 0.5  # seconds between looks at who is there
 FAILURES = 2  # running, after which a worker gets no more tasks
+CONNECTING = "15s"  # that a scheduler has to answer
 ENDING = 10.0  # seconds that workers have to answer when they are told to stop
 STOPPED = {"ok": False, "blame": HOST, "text": "the render was stopped"}
 SLOT, SLOTS = "farm-worker-", 1024  # locks that workers hold, by which those of a machine are counted
@@ -129,12 +131,37 @@ def uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+class FarmError(Exception):
+    """Nothing can be rendered, and why."""
+
+
+def _client_of(scheduler: str) -> Client:
+    """Of the cluster at an address."""
+    try:
+        get_address_host(scheduler)  # a client that cannot begin takes a minute to end
+        return Client(scheduler, set_as_default=False, timeout=CONNECTING)
+    except (OSError, ValueError) as error:
+        why = "" if isinstance(error, TimeoutError) or "Timed out" in str(error) else f" ({error})"
+        raise FarmError(
+            f"No Dask scheduler answers at {scheduler}{why}: “dask scheduler” starts one and prints its address, such "
+            "as tcp://10.0.0.1:8786, which this machine has to reach. Without --scheduler this machine renders alone."
+        ) from None
+
+
 @contextlib.contextmanager
 def connected(scheduler: str, workers: int, dashboard: str) -> Iterator[Client]:
     """A client of the cluster at an address, or of one of so many workers on this machine."""
     if scheduler:
-        with Client(scheduler, set_as_default=False) as client:
-            yield client
+        with _client_of(scheduler) as client:
+            try:
+                yield client
+            except (OSError, RuntimeError) as error:
+                if client.status == "running":
+                    raise
+                raise FarmError(
+                    f"The scheduler at {scheduler} is gone: start it and its workers again. What is written stays; the "
+                    "same command with --resume renders what is missing."
+                ) from error
         return
     with uninterrupted():
         cluster = LocalCluster(
@@ -145,10 +172,6 @@ def connected(scheduler: str, workers: int, dashboard: str) -> Iterator[Client]:
         )
     with cluster, Client(cluster, set_as_default=False) as client:
         yield client
-
-
-class FarmError(Exception):
-    """Nothing can be rendered, and why."""
 
 
 class Run:

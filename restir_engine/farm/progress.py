@@ -26,6 +26,11 @@ class Progress:
         self._terminal = stream.isatty()
         self._shown = ""
 
+    @property
+    def warnings(self) -> int:
+        """How many there were."""
+        return len(self._warnings)
+
     def tell(self, text: str) -> None:
         """A line that stays."""
         self._stream.write(f"\r\033[K{text}\n" if self._terminal else f"{text}\n")
@@ -45,9 +50,8 @@ class Progress:
             self._stream.write(f"\r\033[K{text}")
             self._stream.flush()
         elif now - self._written > EVERY and text != self._shown:
-            self._written = now
+            self._written, self._shown = now, text
             self.tell(text)
-        self._shown = text
 
     def line(self, running: dict[Task, int], workers: int, now: float) -> str:
         """Frames, samples, remaining time, workers."""

@@ -25,6 +25,10 @@ class DiskFull(OSError):
     """No room for what a task writes."""
 
 
+class NoPlace(OSError):
+    """A folder that cannot be written to."""
+
+
 class Redirected:
     """The folder that a frame is written to, and what belongs where: (folder in it, folder that it is for)."""
 
@@ -56,7 +60,13 @@ class Redirected:
 def unfinished(beside: Path) -> Iterator[Path]:
     """A new folder below `beside`, which goes when this ends in whatever way."""
     folder = beside / f"{UNFINISHED}{uuid.uuid4().hex[:8]}"
-    folder.mkdir(parents=True)
+    try:
+        folder.mkdir(parents=True)
+    except OSError as error:
+        raise NoPlace(
+            f"“{beside.parent}” cannot be written to on {socket.gethostname()} ({error.strerror}): choose another "
+            "folder with --output or in Output Properties, one that every machine of the farm can write to"
+        ) from None
     try:
         yield folder
     finally:
@@ -79,6 +89,20 @@ def redirected(scene: bpy.types.Scene, state: Path) -> Iterator[Redirected]:
         finally:
             for owner, name, value in before:
                 setattr(owner, name, value)
+
+
+def frame_paths(scene: bpy.types.Scene, frame: int) -> set[Path]:
+    """Where Blender writes a frame to by the output path: all files of its views."""
+    render = scene.render
+    each = render.use_multiview and render.image_settings.views_format == "INDIVIDUAL"
+    names = [view.name for view in render.views if view.use] if each else [""]
+    return {Path(render.frame_path(frame=frame, view=name)) for name in names}
+
+
+def composited_folders(scene: bpy.types.Scene) -> list[Path]:
+    """The folders that File Output nodes write to."""
+    paths = [(getattr(owner, name), is_file) for owner, name, is_file in _paths(scene)[1:]]
+    return [expanded(scene, os.path.dirname(path) if is_file else path) for path, is_file in paths]
 
 
 def escaped(path: Path) -> str:

@@ -21,7 +21,8 @@ from pathlib import Path
 import bpy
 
 from .. import engine, session, warning_log
-from .redirect import check_room, expanded, redirected, unfinished
+from ..sync.camera import NO_CAMERA
+from .redirect import check_room, expanded, frame_paths, redirected, unfinished
 from .tasks import FINISH, FRAME, SAMPLES, Job, Task, digest_of
 
 FOLDER = ".restir-farm"  # beside the pictures: unfinished files and records
@@ -57,7 +58,7 @@ class Renderer:
 
     def __init__(self) -> None:
         self._open: tuple = ()
-        engine.keep_between_renders()
+        engine.render_for_farm()
 
     def facts(self, job: Job) -> dict:
         """What a job consists of, by its file: see the keys. Its `files` are those that this machine sees."""
@@ -65,23 +66,24 @@ class Renderer:
         scene = bpy.context.scene
         if scene.render.is_movie_format:
             raise NotRendered(
-                "The output is a movie, which one machine has to write: choose an image format in Output Properties, "
-                "or with --output a path of frames and an image format in the file."
+                "The output is a movie, one file that a single machine has to write: choose an image format in Output "
+                "Properties, save the file, and make the movie of the frames that the farm writes; or render it by "
+                "blender -b FILE -a."
             )
         if job.samples_per_task and scene.render.engine != "RESTIR":
             raise NotRendered(f"Ranges of samples are ReSTIR's, but the scene is rendered by {scene.render.engine}.")
         job = replace(job, digest=digest_of(Path(job.scene)))
+        missing = [path for path in outside_files() if not os.path.exists(path)]
         return {
             "digest": job.digest,
             "state": str(self._state(job)),
             "files": [path for path in outside_files() if os.path.exists(path)],
-            "missing": [path for path in outside_files() if not os.path.exists(path)],
             "frames": list(range(scene.frame_start, scene.frame_end + 1, scene.frame_step)),
             "samples": scene.restir.samples,
             "engine": scene.render.engine,
             "path": scene.render.frame_path(frame=scene.frame_start),
             "output": bpy.path.abspath(scene.render.filepath),
-            "warnings": cautions(scene, job),
+            "warnings": [*cautions(scene, job), *map(_without, missing)],
         }
 
     def begin(self, job: Job, resume: bool) -> None:
@@ -89,6 +91,8 @@ class Renderer:
         self.open(job)
         if not resume:
             shutil.rmtree(self._state(job), ignore_errors=True)
+        with unfinished(self._state(job)):
+            pass  # or say where nothing can be written
 
     def run(self, job: Job, task: Task, told: Callable[[int], None] = lambda samples: None) -> dict:
         """Render a task; told: called with the samples that are done meanwhile."""
@@ -116,7 +120,10 @@ class Renderer:
                 raise NotHere(f"“{path}” is not to be seen on {socket.gethostname()}: {SHARED}")
             if job.digest and digest_of(path) != job.digest:
                 raise NotHere(f"“{path}” is another file on {socket.gethostname()}, or has been saved meanwhile")
-            bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=job.scripts, display_file_selector=False)
+            try:
+                bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=job.scripts, display_file_selector=False)
+            except RuntimeError:
+                raise NotRendered(f"“{path}” is no file that Blender {bpy.app.version_string} can open.") from None
             self._set_up(bpy.context.scene, job)
             unseen = [name for name in job.files if not os.path.exists(name)]
             if unseen:
@@ -133,7 +140,11 @@ class Renderer:
     @staticmethod
     def _set_up(scene: bpy.types.Scene, job: Job) -> None:
         if job.engine:
-            scene.render.engine = job.engine
+            try:
+                scene.render.engine = job.engine
+            except TypeError as error:
+                known = str(error).partition("not found in ")[2]
+                raise NotRendered(f"There is no render engine “{job.engine}”: --engine is one of {known}.") from None
         if job.output:
             scene.render.filepath = job.output
         # What the engine's operators would do as the render begins: the samples are asked for before.
@@ -154,7 +165,7 @@ class Renderer:
         record = state / f"{_number(task.frame)}.json"
         if not job.again and _is_there(record):
             return None
-        if not scene.render.use_overwrite and os.path.exists(scene.render.frame_path(frame=task.frame)):
+        if not scene.render.use_overwrite and all(map(os.path.exists, frame_paths(scene, task.frame))):
             return None
         with redirected(scene, state) as target, changed(scene, [("restir.film_from", str(film))] if film else []):
             render_frame(scene, task.frame, target.folder)
@@ -217,7 +228,7 @@ def render_frame(scene: bpy.types.Scene, frame: int, folder: Path) -> None:
     except RuntimeError as error:
         check_room(folder)
         lines = dict.fromkeys(line.removeprefix("Error: ") for line in str(error).splitlines() if line)
-        raise NotRendered(" ".join(lines)) from None
+        raise NotRendered(" ".join(NO_CAMERA if "no camera" in line.lower() else line for line in lines)) from None
 
 
 @contextmanager
@@ -259,6 +270,13 @@ def samples_told(told: Callable[[int], None]) -> Iterator[None]:
 def outside_files() -> list[str]:
     """Absolute paths of what the open file needs beside itself."""
     return sorted({os.path.abspath(path) for path in bpy.utils.blend_paths(absolute=True, packed=False) if path})
+
+
+def _without(path: str) -> str:
+    """What becomes of a file that is nowhere."""
+    libraries = {os.path.abspath(bpy.path.abspath(library.filepath)) for library in bpy.data.libraries}
+    lost = "what is linked from it is not in the pictures" if path in libraries else "the pictures lack what it holds"
+    return f"“{path}” is missing: {lost}. File > External Data > Find Missing Files can find it; then save."
 
 
 def cautions(scene: bpy.types.Scene, job: Job) -> list[str]:

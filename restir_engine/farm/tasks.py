@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -88,6 +89,17 @@ def parse_frames(text: str) -> list[int]:
             raise ValueError(f"The frames “{part}” lead nowhere: write the smaller number first, and a step above 0.")
         frames += range(start, end + 1, step or 1)
     return list(dict.fromkeys(frames))
+
+
+def spans(frames: Iterable[int]) -> str:
+    """Frames as text, in order, what follows one another as a range."""
+    found: list[list[int]] = []
+    for frame in sorted(frames):
+        if found and found[-1][1] == frame - 1:
+            found[-1][1] = frame
+        else:
+            found.append([frame, frame])
+    return ",".join(str(first) if first == last else f"{first}-{last}" for first, last in found)
 
 
 def sample_ranges(samples: int, per_task: int) -> list[tuple[int, int]]:

@@ -10,7 +10,7 @@ import json
 import os
 from pathlib import Path
 
-from .tasks import Job
+from .tasks import Job, spans
 
 LONGEST_NAME = 128  # characters of a job's
 
@@ -152,14 +152,3 @@ def _default(path: str, file: Path) -> str:
     """The line by which a path below the template's folder is a parameter's default; there can be no others."""
     found = Path(os.path.relpath(path, file.absolute().parent))
     return "" if found.is_absolute() or ".." in found.parts else f"    default: {json.dumps(found.as_posix())}\n"
-
-
-def spans(frames: list[int]) -> str:
-    """Frames as text, in order, what follows one another as a range."""
-    found: list[list[int]] = []
-    for frame in sorted(frames):
-        if found and found[-1][1] == frame - 1:
-            found[-1][1] = frame
-        else:
-            found.append([frame, frame])
-    return ",".join(str(first) if first == last else f"{first}-{last}" for first, last in found)

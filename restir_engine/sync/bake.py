@@ -10,25 +10,49 @@ from ..scene.camera import Camera
 from ..scene.description import SceneDescription
 from ..scene.errors import SceneError
 from ..scene.mesh import Mesh
+from ..scene.scene import Scene
 from ..scene.texels import Texels
+from .adaptive import adaptive_modifier
 from .camera import frame_size
 from .depsgraph import read_scene
 from .identity import identity
+from .kept import Kept
 from .objects import placed_by
 
 
-def read_baked(depsgraph, settings, item, kind: str, meshes) -> tuple[SceneDescription, int]:
-    """The scene in which an evaluated object is baked, and which of its instances that is.
+class BakedScene:
+    """The scene in which objects are baked, read once for all of them that it is the same for."""
 
-    Raises SceneError where there is no such instance.
-    """
-    width, height = frame_size(depsgraph.scene.render)
-    camera = None if depsgraph.scene.camera else Camera(width=width, height=height)
-    scene = read_scene(depsgraph, settings, camera=camera, meshes=meshes, baked=item)
-    instance = _instance_of(scene, depsgraph, item)
-    if kind == "SHADOW":
-        scene.instances["flags"][instance] |= INSTANCE_SHADOW_CATCHER
-    return scene, instance
+    def __init__(self) -> None:
+        self.kept = Kept()
+        self._scene: SceneDescription | Scene | None = None
+        self._read_for: tuple = ()
+
+    def read(self, depsgraph, settings, item, kind: str) -> tuple[SceneDescription | Scene, int]:
+        """The scene in which an evaluated object is baked, committed where it is known; which of its instances that is.
+
+        Raises SceneError where there is no such instance.
+        """
+        scene = depsgraph.scene
+        is_own = kind == "SHADOW" or adaptive_modifier(item, depsgraph) is not None
+        wanted = (
+            *(settings, kind, scene.name_full, depsgraph.view_layer.name, scene.frame_current_final),
+            *(len(depsgraph.object_instances), item.name_full if is_own else ""),
+        )
+        if wanted != self._read_for:
+            self._read_for = ()
+            self.kept.begin(wanted)
+            width, height = frame_size(scene.render)
+            camera = None if scene.camera else Camera(width=width, height=height)
+            self._scene = read_scene(depsgraph, settings, camera=camera, meshes=self.kept.meshes, baked=item)
+            if kind == "SHADOW":
+                self._scene.instances["flags"][_instance_of(self._scene, depsgraph, item)] |= INSTANCE_SHADOW_CATCHER
+            self._read_for = wanted
+        return self._scene, _instance_of(self._scene, depsgraph, item)
+
+    def note(self, scene: Scene) -> None:
+        """Keep what has been committed."""
+        self._scene = scene
 
 
 def _instance_of(scene: SceneDescription, depsgraph, item) -> int:

@@ -12,6 +12,8 @@ from ..scene.camera import PROJECTIONS, Camera
 from ..scene.errors import SceneError
 from ..scene.warnings import Warnings
 
+NO_CAMERA = "The scene has no camera: add one, or choose one in the Scene properties under “Camera”."
+
 
 class Eye(NamedTuple):
     """How one view of a render looks through an evaluated camera object.
@@ -34,7 +36,7 @@ def sync_camera(depsgraph, warnings, camera_object=None, eye: Eye | None = None)
     scene = depsgraph.scene
     camera_object = eye.camera if eye else camera_object or scene.camera
     if camera_object is None:
-        raise SceneError("The scene has no camera: add one, or choose one in the Scene properties under “Camera”.")
+        raise SceneError(NO_CAMERA)
     camera_object = camera_object.evaluated_get(depsgraph)
     if camera_object.type != "CAMERA":
         raise SceneError(f"“{camera_object.name}” is used as the camera but is none: choose a camera object.")

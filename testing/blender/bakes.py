@@ -72,13 +72,18 @@ def bake(
     """Bake an object into an image; options are those of `bpy.ops.object.bake`."""
     prepare(engine, samples, seed, item, options.pop("selected", ()))
     height, width = image.size[1], image.size[0]
-    pixels = np.full(height * width * 4, UNTOUCHED, np.float32)
-    image.pixels.foreach_set(pixels)
+    image.pixels.foreach_set(np.full(height * width * 4, UNTOUCHED, np.float32))
     bpy.ops.object.bake(type=kind, use_clear=False, **options)
-    image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(height, width, 4)
-    mask = pixels[..., 0] != UNTOUCHED
-    return Baked(pixels[mask], mask)
+    found = pixels(image)
+    mask = found[..., 0] != UNTOUCHED
+    return Baked(found[mask], mask)
+
+
+def pixels(image: bpy.types.Image) -> np.ndarray:
+    """What an image holds, (height, width, 4)."""
+    found = np.empty((image.size[1], image.size[0], 4), np.float32)
+    image.pixels.foreach_get(found.reshape(-1))
+    return found
 
 
 def bake_corners(engine: str, item: bpy.types.Object, kind: str, samples: int) -> np.ndarray:

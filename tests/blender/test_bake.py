@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from restir_engine.engine import RestirEngine
+from restir_engine.sync import bake
 from testing.blender import bakes, kit
 
 SIZE = 32
@@ -128,7 +129,37 @@ def test_no_camera_and_nothing_is_kept(stage):
     found = bakes.bake("RESTIR", body, image, "EMIT", 1).values
     scene.camera = camera
     np.testing.assert_allclose(found.mean(0), (0.06, 0.15, 0.03, 1.0), rtol=1e-4)
-    assert RestirEngine.kept is None
+    assert RestirEngine.kept is None and RestirEngine.baked is None
+
+
+def test_the_scene_is_read_once_for_several_objects(stage, monkeypatch):
+    """By one bake, of what is as in bakes of each; the next one sees what has changed."""
+    (body, image), (floor, other) = stage.values()
+    alone = bakes.bake("RESTIR", body, image, "COMBINED", 1), bakes.bake("RESTIR", floor, other, "COMBINED", 1)
+    read, reads = bake.read_scene, []
+    monkeypatch.setattr(bake, "read_scene", lambda *args, **more: reads.append(args) or read(*args, **more))
+    lamp = bpy.data.lights[0]
+    for is_as_before in (True, False):
+        together = bakes.bake("RESTIR", body, image, "COMBINED", 1, selected=[floor]), bakes.pixels(other)
+        assert np.array_equal(together[0].values, alone[0].values) == is_as_before
+        assert np.array_equal(together[1][alone[1].mask], alone[1].values) == is_as_before
+        assert RestirEngine.baked is None
+
+        lamp.energy *= 2.0
+    lamp.energy /= 4.0
+    assert len(reads) == 2
+
+
+def test_a_path_begins_outside_of_the_fog_that_the_surface_is_in():
+    """And enters the one between it and the lamp."""
+    bakes.empty()
+    floor = kit.put("plane", kit.diffuse(), scale=1.0)
+    image = bakes.target(floor, 16)
+    fog = kit.material(lambda node: {"Volume": node("VolumeAbsorption", Density=0.5, Color=(0.2, 0.5, 0.7))})
+    kit.put("cube", fog, scale=30.0)
+    kit.put("cube", fog, (0.0, 0.0, 1.0), 0.5)
+    theirs, ours = both(floor, image, "COMBINED", 16)
+    assert_alike(theirs, ours)
 
 
 @pytest.mark.parametrize("domain", ["POINT", "CORNER"])

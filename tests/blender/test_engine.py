@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
-from restir_engine import engine, properties
+from restir_engine import engine, properties, session
 from restir_engine.settings import DENOISING_ROUGHNESS, PASSES, SPECULAR_ALBEDO
-from testing.blender import exr, kit
+from testing.blender import exr, farm, kit
 from testing.blender.render import exact_layers
 
 
@@ -381,6 +381,46 @@ def test_frames_of_an_animation(lit, tmp_path, written):
     assert sorted(path.name for path in tmp_path.glob("frame_*")) == [f"frame_000{i}.png" for i in (1, 2, 3)]
     brightness = [passes["Combined"][..., :3].mean() for passes in written]
     assert brightness[0] < brightness[1] < brightness[2]
+
+
+@pytest.mark.parametrize("what", ["no camera", "planted"])
+def test_an_animation_goes_on_where_a_frame_fails(scene, tmp_path, monkeypatch, capfd, what):
+    farm.save(tmp_path / "shot.blend", size=8, samples=1, frames=4, composited=True)
+    scene = bpy.context.scene
+    camera, render = scene.camera, session.Session.render
+
+    def without_camera(scene, *_):
+        scene.camera = None if what == "no camera" and scene.frame_current in (2, 3) else camera
+
+    def planted(self, *arguments):
+        if what == "planted" and scene.frame_current in (2, 3):
+            raise ValueError(what)
+        render(self, *arguments)
+
+    monkeypatch.setattr(engine.RestirEngine, "ends_at_failures", False)
+    monkeypatch.setattr(session.Session, "render", planted)
+    bpy.app.handlers.render_pre.append(without_camera)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "frame_0003.exr").write_bytes(b"of an earlier render")
+    try:
+        with pytest.raises(RuntimeError, match=f"frames 2-3 not written.*{what}"):
+            bpy.ops.render.render(animation=True)
+        assert capfd.readouterr().out.splitlines().count("ReSTIR: frames 2-3 failed") == 1
+        assert sorted(path.name[-8:] for path in tmp_path.rglob("*.exr")) == [
+            *2 * ["0001.exr"],
+            "0003.exr",
+            *2 * ["0004.exr"],
+        ]
+        assert (tmp_path / "out" / "frame_0003.exr").read_bytes() == b"of an earlier render"
+        assert not scene.render.use_persistent_data and scene.render.filepath == "//out/frame_"
+        scene.frame_set(2)
+        with pytest.raises(RuntimeError, match=what):
+            bpy.ops.render.render()
+    finally:
+        bpy.app.handlers.render_pre.remove(without_camera)
+    scene.frame_set(4)
+    scene.camera = camera
+    assert bpy.ops.render.render() == {"FINISHED"}
 
 
 def test_same_seed_same_noise_and_animated_seed_another(lit, written):

@@ -114,6 +114,28 @@ def test_what_fails_is_named_and_the_rest_is_rendered(tmp_path, child):
     assert "none.png" in rendered(child, unseen, FRAME, 1)["text"]
 
 
+def test_all_views_of_a_frame_are_written_or_there(tmp_path, child):
+    """And what is missing, or cannot be written to, is said."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.use_multiview, scene.render.use_overwrite = True, False
+    bpy.data.images.new("Gone", 4, 4).filepath = "//gone.png"
+    bpy.data.images["Gone"].source, bpy.data.images["Gone"].use_fake_user = "FILE", True
+    path = farm.save(tmp_path / "shot.blend", size=8, samples=1)
+    facts = child.ask({"do": "facts", "job": Job(str(path)).fields()})
+    assert any("gone.png” is missing" in line and "Find Missing Files" in line for line in facts["warnings"])
+    (tmp_path / "file").touch()
+    nowhere = Job(str(path), output=str(tmp_path / "file" / "frame_")).fields()
+    outcome = child.ask({"do": "begin", "job": nowhere, "resume": False})
+    assert not outcome["ok"] and "cannot be written to" in outcome["text"] and "--output" in outcome["text"]
+    views = {f"frame_0001_{side}.exr" for side in "LR"}
+    for _ in range(2):
+        outcome = rendered(child, Job(str(path), again=True), FRAME, 1)
+        assert {Path(name).name for name in outcome["written"]} == views and not outcome["there"]
+        assert rendered(child, Job(str(path), again=True), FRAME, 1)["there"]
+        (tmp_path / "out" / "frame_0001_R.exr").unlink()
+
+
 def test_a_cycles_file_has_the_samples_that_were_set_there(tmp_path, child):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     path = farm.save(tmp_path / "shot.blend")

@@ -34,6 +34,16 @@ images 'out_0001.png'
 $blender -b $out/scene.blend -E RESTIR -o //anim_ -s 1 -e 3 -a
 images 'anim_000?.png'
 
+step "An animation of which one frame fails"
+no_camera="import bpy
+camera = bpy.context.scene.camera
+def change(scene, *_): scene.camera = None if scene.frame_current == 2 else camera
+bpy.app.handlers.render_pre.append(change)"
+if $blender -b $out/scene.blend -E RESTIR --python-expr "$no_camera" -o //failed_ -s 1 -e 3 -a >$out/failed.txt 2>&1
+then echo "no exit code tells of the failure" && exit 1; fi
+tail -n 1 $out/failed.txt | grep '^ReSTIR: .*frame 2 failed$'
+images 'failed_000[13].png' && test ! -e $out/failed_0002.png
+
 step "Commands of a farm"
 for command in restir_farm restir_merge; do $blender --background --command $command --help | head -1; done
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from restir_engine.farm import __main__ as farm
 from restir_engine.farm import child, progress, template
 from restir_engine.farm.tasks import (
     FINISH,
@@ -18,6 +19,7 @@ from restir_engine.farm.tasks import (
     Task,
     parse_frames,
     sample_ranges,
+    spans,
 )
 from restir_engine.kernels.core import locks
 
@@ -34,7 +36,7 @@ from restir_engine.kernels.core import locks
 )
 def test_frames_are_read(text, frames):
     assert parse_frames(text) == frames
-    assert parse_frames(template.spans(frames)) == sorted(frames)
+    assert parse_frames(spans(frames)) == sorted(frames)
 
 
 @pytest.mark.parametrize("text", ["", "a", "1-", "5-1", "1-5:0", "1,,2"])
@@ -110,6 +112,52 @@ def test_the_terminal_is_told_once_what_is_worth_a_warning():
         "FAILED frame 3, on h: no camera",
         "    Fra: 3",
     ]
+
+
+def test_what_is_shown_last_says_what_to_do():
+    stream, plan = io.StringIO(), Plan([1, 2, 3], [(0, 4)])
+    shown = progress.Progress(plan, stream=stream)
+    plan.done(plan.next())
+    for frame in (2, 3):
+        plan.failed(plan.next(), f"frame {frame}, on h: no camera\n    Fra: {frame}", elsewhere=False)
+    shown.warn("no lamp")
+    shown._written -= 2.0 * progress.EVERY  # so long nothing was shown
+    for workers in (1, 0, 0):
+        shown.show({}, workers)
+        shown._written -= 0.6 * progress.EVERY
+    assert farm.summary(plan, shown) == 1
+    lines = [line for line in stream.getvalue().splitlines() if not line.startswith("Frames")]
+    assert "Waiting for workers" in stream.getvalue()
+    assert lines[1:] == [
+        "1 of 3 frames written, 1 warning.",
+        "FAILED frame 2, on h: no camera",
+        "FAILED frame 3, on h: no camera",
+        "When that is mended, --frames 2-3 renders these again.",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere.blend"], "is no file"),
+        (["nowhere.blend", "--samples", "-3"], "at least 0"),
+        (["nowhere.blend", "--workers", "0"], "at least 1"),
+        (["nowhere.blend", "--frames", "5-1"], "lead nowhere"),
+        (["nowhere.blend", "--scheduler", "foo://bar:1"], "No Dask scheduler answers"),
+    ],
+)
+def test_what_cannot_be_meant_is_said_before_anything_begins(arguments, said, capfd):
+    try:
+        code = farm.main(arguments)
+    except SystemExit as end:
+        code = end.code
+    assert code in (1, 2) and said in capfd.readouterr().err
+
+
+def test_a_blender_that_is_none_is_said(tmp_path):
+    for blender, said in ((tmp_path / "nowhere", "there is no"), (Path(sys.executable), "before it could render")):
+        outcome = child.Child(str(blender)).ask({"do": "facts"})
+        assert not outcome["ok"] and said in outcome["text"] and "--blender" in outcome["text"]
 
 
 def test_jobs_are_told_apart_by_what_they_render():

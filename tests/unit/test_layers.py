@@ -29,7 +29,7 @@ LAYERS = (
     },
     {"integrators"},
     {"session", "live_session"},
-    {"properties", "sync", "engine", "viewport", "background", "farm"},
+    {"properties", "sync", "engine", "render_job", "viewport", "background", "farm"},
     {"operators", "ui"},
 )
 RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names}

@@ -9,6 +9,7 @@ from ..core.records import (
     SCENE_HAS_VARYING_MEDIA,
     SCRATCH_MEDIA,
     SCRATCH_SHADOW,
+    camera_at,
     film_at,
     integrator_at,
     path_in,
@@ -22,14 +23,17 @@ from ..geometry.surface import offset_origin
 from .equiangular import add_beside_lamps
 from .segment import follow_segment
 from .stack import cross
-from .through import find_media, shadow_through_media
+from .through import find_media, find_world_medium, shadow_through_media
 from .tracking import track, varying_transmittance
 
 
 @entry
 def _begin(scene, integrator, film, scratch, _):
-    path = path_in(scratch)
-    find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, vec(path.o))
+    path, scene = path_in(scratch), scene_at(scene, 0)
+    if camera_at(scene.camera, 0).texels != 0:  # as in Cycles
+        find_world_medium(scene, integrator_at(integrator, 0), scratch, path, vec(path.o))
+    else:
+        find_media(scene, integrator_at(integrator, 0), scratch, path, vec(path.o))
 
 
 @entry

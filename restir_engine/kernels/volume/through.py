@@ -83,15 +83,22 @@ def shadow_through_media(scene, integrator, scratch, path, sp):
 
 
 @device
+def find_world_medium(scene, integrator, scratch, path, o):
+    """Fill the MEDIA at o with the world's alone."""
+    point = shadow_point_in(scratch)
+    inherit(point, path, 0.0)
+    put(point.p, o)
+    only_world(scene, integrator, scratch + SCRATCH_MEDIA, point)
+
+
+@device
 def find_media(scene, integrator, scratch, path, o):
     """Fill the MEDIA around o: the world's, and those of meshes that a ray upwards leaves without entering."""
+    find_world_medium(scene, integrator, scratch, path, o)
     media = scratch + SCRATCH_MEDIA
     entered = scratch + SCRATCH_SHADOW_MEDIA
     media_at(entered, 0).count = 0
     point = shadow_point_in(scratch)
-    inherit(point, path, 0.0)
-    put(point.p, o)
-    only_world(scene, integrator, media, point)
     tmin = 0.0
     for _ in range(4 * MAX_MEDIA):
         d = (0.0, 0.0, 1.0)
