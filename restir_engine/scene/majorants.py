@@ -29,7 +29,7 @@ _TEXTURED_SAMPLES, _VOXEL_SAMPLES = 8, 1
 # does not, no cell has less than that share of the largest bound.
 _MARGIN, _LEAST_SHARE = 1.2, 0.01
 
-_ROUNDING = 1.0 + 1.0e-4
+_UNITS = 65535  # that bounds and means are counted in, of their largest
 _EMISSION_EVENTS = 16.0  # tentative collisions along a box's diagonal where it emits most
 _WORLD_SIZE = 16.0  # of the box that the world's medium fills, against that of the scene
 
@@ -41,6 +41,17 @@ class _Cells(NamedTuple):
     to_object: np.ndarray
     voxels: list[VoxelAttribute]
     size: int = 0  # voxels along a cell
+
+
+class _Bounds(NamedTuple):
+    """What MAJORANTS have by cells, and whether the medium scatters and emits. units: of bounds, residuals, means."""
+
+    bounds: np.ndarray
+    means: np.ndarray
+    units: tuple[float, float, float]
+    color: np.ndarray
+    scatters: bool
+    emits: bool
 
 
 def commit_majorants(scene: Scene) -> list[np.ndarray]:
@@ -128,10 +139,8 @@ def _box(low: np.ndarray, high: np.ndarray) -> _Cells:
     return _Cells(tuple(shape), np.column_stack([np.diag(edges), low - margin]), [])
 
 
-def _bounds(
-    scene: Scene, index: int, material: int, cells: _Cells, textured: bool, diagonal: float
-) -> tuple[np.ndarray, bool, bool]:
-    """(MAJORANTS.cells, whether the medium scatters, whether it emits)."""
+def _bounds(scene: Scene, index: int, material: int, cells: _Cells, textured: bool, diagonal: float) -> _Bounds:
+    """What MAJORANTS have of a medium."""
     samples = _TEXTURED_SAMPLES if textured else _VOXEL_SAMPLES
     points, empty = _points(cells, samples, textured)
     found = np.zeros((*cells.shape, points.shape[1], 5), np.float32)
@@ -142,17 +151,29 @@ def _bounds(
         found[empty] = _sampled(scene, index, material, place.reshape(1, 1, 3))[0]
     extinction, emission = found[..., :3].max((-1, -2)), found[..., 4].max(-1)
     mean = found[..., :samples, :3].mean(-2)
-    residual = np.abs(found[..., :3] - mean[..., None, :]).max((-1, -2))
+    color = mean.sum((0, 1, 2), dtype=np.float64)
+    color = color / color.max() if color.any() else np.ones(3)
+    mean, mean_unit = _in_units(mean @ color / (color @ color), np.rint)
+    residual = np.abs(found[..., :3] - (mean * mean_unit)[..., None, None] * color).max((-1, -2))
     if textured:
         extinction, emission, residual = _MARGIN * _around(extinction), _around(emission), _MARGIN * _around(residual)
         least = _LEAST_SHARE * extinction.max(initial=0.0)
         extinction, residual = np.maximum(extinction, least), np.maximum(residual, least)
-    bound = extinction * _ROUNDING
+    bound = extinction
     if emission.any():
         rate = _EMISSION_EVENTS / diagonal * np.maximum(emission / emission.max(), 1.0 / _EMISSION_EVENTS)
         bound = np.maximum(bound, np.where((emission > 0.0) | textured, rate, 0.0))
-    values = np.concatenate([bound[..., None], residual[..., None] * _ROUNDING, mean], -1)
-    return np.ascontiguousarray(values, np.float32), bool(found[..., 3].any()), bool(emission.any())
+    bound, bound_unit = _in_units(bound, np.ceil)
+    residual, residual_unit = _in_units(residual, np.ceil)
+    means = (mean << 16) + residual
+    units = bound_unit, residual_unit, mean_unit
+    return _Bounds(bound.astype(np.uint16), means, units, color, bool(found[..., 3].any()), bool(emission.any()))
+
+
+def _in_units(values: np.ndarray, rounded) -> tuple[np.ndarray, float]:
+    """(values as uint32 of at most 16 bits, their unit)."""
+    unit = float(values.max(initial=0.0)) / (_UNITS - 1) or 1.0
+    return rounded(values / unit).astype(np.uint32), unit
 
 
 def _points(cells: _Cells, samples: int, textured: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -227,12 +248,13 @@ def _square(matrix: np.ndarray) -> np.ndarray:
     return np.vstack([np.asarray(matrix, np.float64).reshape(3, 4), (0.0, 0.0, 0.0, 1.0)])
 
 
-def _record(cells: _Cells, bounds: tuple[np.ndarray, bool, bool], to_world: np.ndarray, kept: list) -> np.ndarray:
-    values, scatters, emits = bounds
+def _record(cells: _Cells, found: _Bounds, to_world: np.ndarray, kept: list) -> np.ndarray:
     record = np.zeros(1, rec.MAJORANTS)
     record[0]["to_grid"] = inverse((to_world @ _square(cells.to_object))[:3].reshape(1, 12))[0]
     record[0]["nx"], record[0]["ny"], record[0]["nz"] = cells.shape
-    record[0]["scatters"], record[0]["emits"] = scatters, emits
-    record[0]["cells"] = address(values)
-    kept.append(values)
+    record[0]["scatters"], record[0]["emits"] = found.scatters, found.emits
+    record[0]["bounds"], record[0]["means"] = address(found.bounds), address(found.means)
+    record[0]["bound_unit"], record[0]["residual_unit"], record[0]["mean_unit"] = found.units
+    record[0]["color"] = found.color
+    kept += [found.bounds, found.means]
     return record
