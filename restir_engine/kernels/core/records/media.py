@@ -67,8 +67,8 @@ MAJORANTS = record(  # bounds of the extinction of a medium that varies, by cell
     "nz",
     "scatters",  # 1: in some place
     "emits",
-    # By cells, in units: what bounds the extinction, uint16 [nx, ny, nz]; uint32 likewise, in the low half a bound of its
-    # difference to a mean, in the high half that mean, of the colour `color`. Outside of the cells there is no medium.
+    # By cells, in units: what bounds the extinction, uint16 [nx, ny, nz]; uint32 likewise, in the low half a bound of
+    # its difference to a mean, in the high half that mean, of the colour `color`. Outside of them is no medium.
     "bounds",
     "means",
     ("bound_unit", 1),  # 1 by scene unit
