@@ -46,6 +46,8 @@ MEDIA = record(  # followed by MEDIUM [MAX_MEDIA]
     ("next", 1),  # as in MEDIUM, of their sum
     ("mu", 1),
     ("pivot", 4),  # of the segment, see kernels.volume.pivot: Δ, D (0: there is none), θ_a, θ_b
+    ("target", 3),  # the direction of a lamp that paths are led towards, and their share: see volume.towards_lamps
+    ("share", 1),
     ("density", 1),  # by distance, of the point where a path has scattered in media of which some vary
 )
 media_at = record_at(MEDIA)
