@@ -59,6 +59,7 @@ def commit_majorants(scene: Scene) -> list[np.ndarray]:
     table = scene.shaders.materials
     varies = (table["flags"] & rec.MATERIAL_MEDIUM_VARIES) != 0
     kept: list[np.ndarray] = []
+    of_grids: dict[int, _Bounds] = {}
     if not scene.record["flags"] & rec.SCENE_HAS_VARYING_MEDIA:
         return kept
     load([sample_medium, cell_extremes, describe_medium])
@@ -75,7 +76,7 @@ def commit_majorants(scene: Scene) -> list[np.ndarray]:
         slots = np.zeros(count, np.int64)
         for slot, material in enumerate(materials):
             if varies[material]:
-                record = _majorants(scene, index, material, kept)
+                record = _majorants(scene, index, material, of_grids, kept)
                 slots[slot] = address(record)
                 kept.append(record)
         scene.instances["majorants"][index] = address(slots)
@@ -83,30 +84,53 @@ def commit_majorants(scene: Scene) -> list[np.ndarray]:
     return kept
 
 
-def _majorants(scene: Scene, index: int, material: int, kept: list) -> np.ndarray:
+def _majorants(scene: Scene, index: int, material: int, of_grids: dict, kept: list) -> np.ndarray:
     instance = scene.instances[index]
     mesh = scene.meshes[instance["mesh"]]
-    textured = bool(scene.shaders.materials["flags"][material] & rec.MATERIAL_MEDIUM_TEXTURED)
     cells = _cells_of(mesh)
-    textured |= not cells.voxels
     to_world = _square(instance["to_world"])
-    values = _bounds(scene, index, material, cells, textured, _diagonal(cells, to_world))
-    record = _record(cells, values, to_world, kept)
     name = scene.shaders[material].medium_grid
     grid = next((grid for grid in cells.voxels if grid.name == name and grid.components == 1), None)
     if grid is not None and grid.values.max() > 0.0:
+        if id(grid) not in of_grids:
+            of_grids[id(grid)] = _grid_bounds(cells, grid)
+        record = _record(cells, of_grids[id(grid)], to_world, kept)
         _describe(scene, index, material, cells, grid, record)
-    return record
+        return record
+    textured = bool(scene.shaders.materials["flags"][material] & rec.MATERIAL_MEDIUM_TEXTURED) or not cells.voxels
+    found = _bounds(scene, index, material, cells, textured, _diagonal(cells, to_world))
+    return _record(cells, found, to_world, kept)
+
+
+def _grid_bounds(cells: _Cells, grid: VoxelAttribute) -> _Bounds:
+    """What MAJORANTS have of a grid of voxels, by the voxels' own unit: the same for all media proportional to it."""
+    found, mean = _extremes(cells, grid)
+    low, high = (np.maximum(grid.values[tuple(np.moveaxis(found[..., k, :], -1, 0))][..., 0], 0.0) for k in (0, 1))
+    bound, bound_unit = _in_units(high, np.ceil)
+    mean, mean_unit = _in_units(mean, np.rint)
+    residual, residual_unit = _in_units(np.maximum(high - mean * mean_unit, mean * mean_unit - low), np.ceil)
+    units = bound_unit, residual_unit, mean_unit
+    return _Bounds(bound.astype(np.uint16), (mean << 16) + residual, units, np.ones(3), False, False)
 
 
 def _describe(scene: Scene, index: int, material: int, cells: _Cells, grid: VoxelAttribute, record: np.ndarray) -> None:
-    """Note that all coefficients of a medium are proportional to a grid: they are those at its largest value."""
+    """Make MAJORANTS of a grid those of a medium that is proportional to it, by its coefficients at the largest value.
+
+    Instances differ in these alone, by their density or by what a program asks of their object.
+    """
     place = np.array(np.unravel_index(grid.values.argmax(), grid.values.shape[:3]), np.float64)
     point = grid.to_object @ (*place, 1.0)
     value = np.array([grid.values.max()], np.float64)
     scratch = np.zeros(rec.SCRATCH_BYTES, np.uint8)
     describe_medium(scene.record, address(scratch), index, material, address(point), address(value), address(record))
-    record[0]["voxels"], record[0]["size"] = address(grid.table), cells.size
+    medium = record[0]
+    medium["voxels"], medium["size"] = address(grid.table), cells.size
+    medium["scatters"] = medium["sigma_s"].any()
+    most = medium["sigma_t"].max()
+    if most > 0.0:
+        medium["color"] = medium["sigma_t"] / most
+    for unit in ("bound_unit", "residual_unit", "mean_unit"):
+        medium[unit] *= most
 
 
 def _world_majorants(scene: Scene, kept: list) -> np.ndarray:
@@ -181,7 +205,7 @@ def _points(cells: _Cells, samples: int, textured: bool) -> tuple[np.ndarray, np
     empty = np.zeros(cells.shape, bool)
     extremes = []
     for grid in cells.voxels:
-        extremes.append(_extremes(cells, grid))
+        extremes.append(_extremes(cells, grid)[0])
     if cells.voxels and not textured:
         empty[...] = True
         for grid, found in zip(cells.voxels, extremes, strict=True):
@@ -197,16 +221,17 @@ def _points(cells: _Cells, samples: int, textured: bool) -> tuple[np.ndarray, np
     return np.ascontiguousarray(np.concatenate(points, 1), np.float64), empty
 
 
-def _extremes(cells: _Cells, grid: VoxelAttribute) -> np.ndarray:
-    """What `cell_extremes` gives for a grid: the indices of the least and the largest voxel of each cell."""
+def _extremes(cells: _Cells, grid: VoxelAttribute) -> tuple[np.ndarray, np.ndarray]:
+    """What `cell_extremes` gives for a grid: the indices of the least and the largest voxel of each cell, the means."""
     nx, ny, nz = cells.shape
     found = np.zeros((nx, ny, nz, 2, 3), np.int32)
+    means = np.zeros((nx, ny, nz), np.float32)
 
     def part(first: int, last: int, _: np.ndarray) -> None:
-        cell_extremes(address(grid.table), cells.size, first, last, ny, nz, address(found))
+        cell_extremes(address(grid.table), cells.size, first, last, ny, nz, address(found), address(means))
 
     _in_parts(part, nx)
-    return found
+    return found, means
 
 
 def _sampled(scene: Scene, index: int, material: int, points: np.ndarray) -> np.ndarray:
