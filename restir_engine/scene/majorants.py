@@ -29,7 +29,7 @@ _TEXTURED_SAMPLES, _VOXEL_SAMPLES = 8, 1
 # does not, no cell has less than that share of the largest bound.
 _MARGIN, _LEAST_SHARE = 1.2, 0.01
 
-_UNITS = 65535  # that bounds and means are counted in, of their largest
+_UNITS = 65534  # that bounds and means are counted in, of their largest: 16 bits, and one more by rounding
 _EMISSION_EVENTS = 16.0  # tentative collisions along a box's diagonal where it emits most
 _WORLD_SIZE = 16.0  # of the box that the world's medium fills, against that of the scene
 
@@ -196,7 +196,7 @@ def _bounds(scene: Scene, index: int, material: int, cells: _Cells, textured: bo
 
 def _in_units(values: np.ndarray, rounded) -> tuple[np.ndarray, float]:
     """(values as uint32 of at most 16 bits, their unit)."""
-    unit = float(values.max(initial=0.0)) / (_UNITS - 1) or 1.0
+    unit = float(values.max(initial=0.0)) / _UNITS or 1.0
     return rounded(values / unit).astype(np.uint32), unit
 
 
