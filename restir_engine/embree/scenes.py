@@ -75,8 +75,8 @@ class _Scene:
 class ShapeScene(_Scene):
     """The primitives of one shape, in object space; the geometry ID that a ray reports tells which kind they are."""
 
-    def __init__(self) -> None:
-        super().__init__(lib.SCENE_ROBUST | lib.SCENE_ARGUMENT_FILTER, lib.QUALITY_MEDIUM)
+    def __init__(self, flags: int = 0) -> None:
+        super().__init__(flags | lib.SCENE_ROBUST | lib.SCENE_ARGUMENT_FILTER, lib.QUALITY_MEDIUM)
 
     def _filter(self, geometry: int, function: int, data: np.ndarray | None = None) -> None:
         """Let the function at an address refuse hits (RTCFilterFunctionNArguments); 0: none. data: its user data."""
@@ -107,6 +107,7 @@ class StrandScene(ShapeScene):
     points: float32 (n, 4), place and radius; segments: uint32 (m,), the first of the four points of each, of which it
     leads from the second to the third; strands: int32 (m,), whose segment it is. pieces: by which flat curves are
     approximated, a segment; filter, data: see `_filter`; steps: of points, as of `MeshScene`, (steps, n, 4).
+    Compact, it needs a seventh of the memory, and rays through it take 7 to 20 % longer.
     """
 
     def __init__(
@@ -121,7 +122,7 @@ class StrandScene(ShapeScene):
         data: np.ndarray,
         steps: np.ndarray | None = None,
     ) -> None:
-        super().__init__()
+        super().__init__(lib.SCENE_COMPACT)
         buffers = [(lib.BUFFER_VERTEX, lib.FLOAT4, points)]
         if kind == lib.ROUND_LINEAR:
             same = strands[1:] == strands[:-1]

@@ -29,7 +29,7 @@ _TEXTURED_SAMPLES, _VOXEL_SAMPLES = 8, 1
 # does not, no cell has less than that share of the largest bound.
 _MARGIN, _LEAST_SHARE = 1.2, 0.01
 
-_ROUNDING = 1.0 + 1.0e-4
+_UNITS = 65534  # that bounds and means are counted in, of their largest: 16 bits, and one more by rounding
 _EMISSION_EVENTS = 16.0  # tentative collisions along a box's diagonal where it emits most
 _WORLD_SIZE = 16.0  # of the box that the world's medium fills, against that of the scene
 
@@ -43,11 +43,23 @@ class _Cells(NamedTuple):
     size: int = 0  # voxels along a cell
 
 
+class _Bounds(NamedTuple):
+    """What MAJORANTS have by cells, and whether the medium scatters and emits. units: of bounds, residuals, means."""
+
+    bounds: np.ndarray
+    means: np.ndarray
+    units: tuple[float, float, float]
+    color: np.ndarray
+    scatters: bool
+    emits: bool
+
+
 def commit_majorants(scene: Scene) -> list[np.ndarray]:
     """Put MAJORANTS to the instances (and the world) whose media vary; what has to stay alive for them."""
     table = scene.shaders.materials
     varies = (table["flags"] & rec.MATERIAL_MEDIUM_VARIES) != 0
     kept: list[np.ndarray] = []
+    of_grids: dict[int, _Bounds] = {}
     if not scene.record["flags"] & rec.SCENE_HAS_VARYING_MEDIA:
         return kept
     load([sample_medium, cell_extremes, describe_medium])
@@ -64,7 +76,7 @@ def commit_majorants(scene: Scene) -> list[np.ndarray]:
         slots = np.zeros(count, np.int64)
         for slot, material in enumerate(materials):
             if varies[material]:
-                record = _majorants(scene, index, material, kept)
+                record = _majorants(scene, index, material, of_grids, kept)
                 slots[slot] = address(record)
                 kept.append(record)
         scene.instances["majorants"][index] = address(slots)
@@ -72,30 +84,53 @@ def commit_majorants(scene: Scene) -> list[np.ndarray]:
     return kept
 
 
-def _majorants(scene: Scene, index: int, material: int, kept: list) -> np.ndarray:
+def _majorants(scene: Scene, index: int, material: int, of_grids: dict, kept: list) -> np.ndarray:
     instance = scene.instances[index]
     mesh = scene.meshes[instance["mesh"]]
-    textured = bool(scene.shaders.materials["flags"][material] & rec.MATERIAL_MEDIUM_TEXTURED)
     cells = _cells_of(mesh)
-    textured |= not cells.voxels
     to_world = _square(instance["to_world"])
-    values = _bounds(scene, index, material, cells, textured, _diagonal(cells, to_world))
-    record = _record(cells, values, to_world, kept)
     name = scene.shaders[material].medium_grid
     grid = next((grid for grid in cells.voxels if grid.name == name and grid.components == 1), None)
     if grid is not None and grid.values.max() > 0.0:
+        if id(grid) not in of_grids:
+            of_grids[id(grid)] = _grid_bounds(cells, grid)
+        record = _record(cells, of_grids[id(grid)], to_world, kept)
         _describe(scene, index, material, cells, grid, record)
-    return record
+        return record
+    textured = bool(scene.shaders.materials["flags"][material] & rec.MATERIAL_MEDIUM_TEXTURED) or not cells.voxels
+    found = _bounds(scene, index, material, cells, textured, _diagonal(cells, to_world))
+    return _record(cells, found, to_world, kept)
+
+
+def _grid_bounds(cells: _Cells, grid: VoxelAttribute) -> _Bounds:
+    """What MAJORANTS have of a grid of voxels, by the voxels' own unit: the same for all media proportional to it."""
+    found, mean = _extremes(cells, grid)
+    low, high = (np.maximum(grid.values[tuple(np.moveaxis(found[..., k, :], -1, 0))][..., 0], 0.0) for k in (0, 1))
+    bound, bound_unit = _in_units(high, np.ceil)
+    mean, mean_unit = _in_units(mean, np.rint)
+    residual, residual_unit = _in_units(np.maximum(high - mean * mean_unit, mean * mean_unit - low), np.ceil)
+    units = bound_unit, residual_unit, mean_unit
+    return _Bounds(bound.astype(np.uint16), (mean << 16) + residual, units, np.ones(3), False, False)
 
 
 def _describe(scene: Scene, index: int, material: int, cells: _Cells, grid: VoxelAttribute, record: np.ndarray) -> None:
-    """Note that all coefficients of a medium are proportional to a grid: they are those at its largest value."""
+    """Make MAJORANTS of a grid those of a medium that is proportional to it, by its coefficients at the largest value.
+
+    Instances differ in these alone, by their density or by what a program asks of their object.
+    """
     place = np.array(np.unravel_index(grid.values.argmax(), grid.values.shape[:3]), np.float64)
     point = grid.to_object @ (*place, 1.0)
     value = np.array([grid.values.max()], np.float64)
     scratch = np.zeros(rec.SCRATCH_BYTES, np.uint8)
     describe_medium(scene.record, address(scratch), index, material, address(point), address(value), address(record))
-    record[0]["voxels"], record[0]["size"] = address(grid.table), cells.size
+    medium = record[0]
+    medium["voxels"], medium["size"] = address(grid.table), cells.size
+    medium["scatters"] = medium["sigma_s"].any()
+    most = medium["sigma_t"].max()
+    if most > 0.0:
+        medium["color"] = medium["sigma_t"] / most
+    for unit in ("bound_unit", "residual_unit", "mean_unit"):
+        medium[unit] *= most
 
 
 def _world_majorants(scene: Scene, kept: list) -> np.ndarray:
@@ -128,10 +163,8 @@ def _box(low: np.ndarray, high: np.ndarray) -> _Cells:
     return _Cells(tuple(shape), np.column_stack([np.diag(edges), low - margin]), [])
 
 
-def _bounds(
-    scene: Scene, index: int, material: int, cells: _Cells, textured: bool, diagonal: float
-) -> tuple[np.ndarray, bool, bool]:
-    """(MAJORANTS.cells, whether the medium scatters, whether it emits)."""
+def _bounds(scene: Scene, index: int, material: int, cells: _Cells, textured: bool, diagonal: float) -> _Bounds:
+    """What MAJORANTS have of a medium."""
     samples = _TEXTURED_SAMPLES if textured else _VOXEL_SAMPLES
     points, empty = _points(cells, samples, textured)
     found = np.zeros((*cells.shape, points.shape[1], 5), np.float32)
@@ -142,17 +175,29 @@ def _bounds(
         found[empty] = _sampled(scene, index, material, place.reshape(1, 1, 3))[0]
     extinction, emission = found[..., :3].max((-1, -2)), found[..., 4].max(-1)
     mean = found[..., :samples, :3].mean(-2)
-    residual = np.abs(found[..., :3] - mean[..., None, :]).max((-1, -2))
+    color = mean.sum((0, 1, 2), dtype=np.float64)
+    color = color / color.max() if color.any() else np.ones(3)
+    mean, mean_unit = _in_units(mean @ color / (color @ color), np.rint)
+    residual = np.abs(found[..., :3] - (mean * mean_unit)[..., None, None] * color).max((-1, -2))
     if textured:
         extinction, emission, residual = _MARGIN * _around(extinction), _around(emission), _MARGIN * _around(residual)
         least = _LEAST_SHARE * extinction.max(initial=0.0)
         extinction, residual = np.maximum(extinction, least), np.maximum(residual, least)
-    bound = extinction * _ROUNDING
+    bound = extinction
     if emission.any():
         rate = _EMISSION_EVENTS / diagonal * np.maximum(emission / emission.max(), 1.0 / _EMISSION_EVENTS)
         bound = np.maximum(bound, np.where((emission > 0.0) | textured, rate, 0.0))
-    values = np.concatenate([bound[..., None], residual[..., None] * _ROUNDING, mean], -1)
-    return np.ascontiguousarray(values, np.float32), bool(found[..., 3].any()), bool(emission.any())
+    bound, bound_unit = _in_units(bound, np.ceil)
+    residual, residual_unit = _in_units(residual, np.ceil)
+    means = (mean << 16) + residual
+    units = bound_unit, residual_unit, mean_unit
+    return _Bounds(bound.astype(np.uint16), means, units, color, bool(found[..., 3].any()), bool(emission.any()))
+
+
+def _in_units(values: np.ndarray, rounded) -> tuple[np.ndarray, float]:
+    """(values as uint32 of at most 16 bits, their unit)."""
+    unit = float(values.max(initial=0.0)) / _UNITS or 1.0
+    return rounded(values / unit).astype(np.uint32), unit
 
 
 def _points(cells: _Cells, samples: int, textured: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -160,7 +205,7 @@ def _points(cells: _Cells, samples: int, textured: bool) -> tuple[np.ndarray, np
     empty = np.zeros(cells.shape, bool)
     extremes = []
     for grid in cells.voxels:
-        extremes.append(_extremes(cells, grid))
+        extremes.append(_extremes(cells, grid)[0])
     if cells.voxels and not textured:
         empty[...] = True
         for grid, found in zip(cells.voxels, extremes, strict=True):
@@ -176,16 +221,17 @@ def _points(cells: _Cells, samples: int, textured: bool) -> tuple[np.ndarray, np
     return np.ascontiguousarray(np.concatenate(points, 1), np.float64), empty
 
 
-def _extremes(cells: _Cells, grid: VoxelAttribute) -> np.ndarray:
-    """What `cell_extremes` gives for a grid: the indices of the least and the largest voxel of each cell."""
+def _extremes(cells: _Cells, grid: VoxelAttribute) -> tuple[np.ndarray, np.ndarray]:
+    """What `cell_extremes` gives for a grid: the indices of the least and the largest voxel of each cell, the means."""
     nx, ny, nz = cells.shape
     found = np.zeros((nx, ny, nz, 2, 3), np.int32)
+    means = np.zeros((nx, ny, nz), np.float32)
 
     def part(first: int, last: int, _: np.ndarray) -> None:
-        cell_extremes(address(grid.table), cells.size, first, last, ny, nz, address(found))
+        cell_extremes(address(grid.table), cells.size, first, last, ny, nz, address(found), address(means))
 
     _in_parts(part, nx)
-    return found
+    return found, means
 
 
 def _sampled(scene: Scene, index: int, material: int, points: np.ndarray) -> np.ndarray:
@@ -227,12 +273,13 @@ def _square(matrix: np.ndarray) -> np.ndarray:
     return np.vstack([np.asarray(matrix, np.float64).reshape(3, 4), (0.0, 0.0, 0.0, 1.0)])
 
 
-def _record(cells: _Cells, bounds: tuple[np.ndarray, bool, bool], to_world: np.ndarray, kept: list) -> np.ndarray:
-    values, scatters, emits = bounds
+def _record(cells: _Cells, found: _Bounds, to_world: np.ndarray, kept: list) -> np.ndarray:
     record = np.zeros(1, rec.MAJORANTS)
     record[0]["to_grid"] = inverse((to_world @ _square(cells.to_object))[:3].reshape(1, 12))[0]
     record[0]["nx"], record[0]["ny"], record[0]["nz"] = cells.shape
-    record[0]["scatters"], record[0]["emits"] = scatters, emits
-    record[0]["cells"] = address(values)
-    kept.append(values)
+    record[0]["scatters"], record[0]["emits"] = found.scatters, found.emits
+    record[0]["bounds"], record[0]["means"] = address(found.bounds), address(found.means)
+    record[0]["bound_unit"], record[0]["residual_unit"], record[0]["mean_unit"] = found.units
+    record[0]["color"] = found.color
+    kept += [found.bounds, found.means]
     return record

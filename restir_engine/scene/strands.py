@@ -45,9 +45,10 @@ class Strands(Shape):
         """Lay out points, segments and strands as MESH has them."""
         positions, offsets = np.asarray(positions, np.float32).reshape(-1, 3), np.asarray(offsets, np.int64)
         counts = np.diff(offsets)
-        owner = np.repeat(np.arange(len(counts)), counts)
+        # Indices of half the size are a third of the memory that is needed meanwhile.
+        owner = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
         # Each strand's first and last points stand twice: these are the outer points of its first and last curves.
-        places = np.arange(len(positions)) + 2 * owner + 1
+        places = np.arange(1, len(positions) + 1, dtype=np.int32) + 2 * owner
         points = np.zeros((len(positions) + 2 * len(counts), 4), np.float32)
         points[places, :3], points[places, 3] = positions, radii
         full = np.flatnonzero(counts > 0)
@@ -61,8 +62,10 @@ class Strands(Shape):
         points[:, 3] = np.maximum(points[:, 3], 0.0)
         number = np.where(good, counts - 1, 0)
         self._strands = np.repeat(np.arange(len(counts), dtype=np.int32), number)
-        within = np.arange(len(self._strands)) - np.repeat(np.cumsum(number) - number, number)
-        self._segments = ((offsets[:-1] + 2 * np.arange(len(counts)))[self._strands] + within).astype(np.uint32)
+        # The first segment of a strand begins with its first row of points, each other one a row later.
+        first = offsets[:-1] + 2 * np.arange(len(counts)) - (np.cumsum(number) - number)
+        self._segments = np.arange(len(self._strands), dtype=np.uint32)
+        self._segments += first.astype(np.uint32)[self._strands]
         self._points, self._offsets = points, offsets
         if slots is not None:
             self.material_slots = np.asarray(slots, np.int32)[self._strands]

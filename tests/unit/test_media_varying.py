@@ -1,19 +1,27 @@
 """Media that vary in space against closed forms and quadrature."""
 
+import ctypes
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from restir_engine.kernels.core.records import SCENE_HAS_PIVOTS
+from restir_engine.kernels.core.records import MAJORANTS, SCENE_HAS_PIVOTS
 from restir_engine.scene import majorants
 from restir_engine.scene.lamps import point_lamp, sun_lamp
+from restir_engine.scene.voxels import VoxelAttribute, box_mesh
 from testing.scenes.lights import matrix
-from testing.scenes.media import along_y, cube, medium, picture, ramp, stage
+from testing.scenes.media import along_y, cube, grid_medium, medium, picture, ramp, stage
 from testing.scenes.rooms import WHITE, render
 
 SIGMA = np.array([0.2, 0.5, 1.0])
+
+
+def record_from(dtype: np.dtype, address: int):
+    """What stands at an address."""
+    return np.frombuffer(ctypes.string_at(int(address), dtype.itemsize), dtype)[0]
 
 
 def agree(image, expected, most=0.002):
@@ -93,6 +101,37 @@ def test_overlapping_media_scatter_like_their_sum():
     error = np.hypot(apart.std(0, ddof=1), together.std(0, ddof=1)) / math.sqrt(6.0)
     assert np.all(error < 0.01 * together.mean(0)), error / together.mean(0)
     assert np.all(np.abs(apart.mean(0) - together.mean(0)) < 4.0 * error), (apart.mean(0), together.mean(0), error)
+
+
+def test_instances_of_smoke_share_the_bounds_of_its_grid():
+    """Two of other coefficients, with the bounds that their programs give, which are sampled for each."""
+    values = np.zeros((12, 12, 12))
+    values[1:-1, 1:-1, 1:-1] = np.random.default_rng(3).random((10, 10, 10)) ** 2
+    to_index = np.column_stack([5.5 * np.eye(3), np.full(3, 5.5)])
+
+    def scene(proportional: bool):
+        b = stage()
+        name = b.scene.attribute_name("density")
+        mesh = box_mesh("smoke", [VoxelAttribute(name, values, to_index)])
+        for absorption, y in ((2.0 * SIGMA, 0.0), (SIGMA[::-1], 2.5)):
+            material = replace(grid_medium(name, absorption, 0.0), medium_grid=name if proportional else -1)
+            b.add(mesh, material, matrix((0.0, y, 0.0)))
+        return b.finish(along_y())
+
+    def records(scene):
+        slots = [record_from(np.dtype(np.int64), address) for address in scene.instances["majorants"]]
+        return [record_from(MAJORANTS, slot) for slot in slots]
+
+    def bounds(record):
+        shape = record["nx"], record["ny"], record["nz"]
+        steps = np.frombuffer(ctypes.string_at(int(record["bounds"]), 2 * math.prod(shape)), np.uint16)
+        return steps * record["bound_unit"]
+
+    shared, apart = scene(True), scene(False)
+    by_grid, by_program = records(shared), records(apart)
+    assert by_grid[0]["bounds"] == by_grid[1]["bounds"] and by_program[0]["bounds"] != by_program[1]["bounds"]
+    for one, other in zip(by_grid, by_program, strict=True):
+        assert bounds(one) == pytest.approx(bounds(other), abs=2.0 * one["bound_unit"])
 
 
 @pytest.mark.parametrize("inside", [medium((0.1, 0.3, 0.0), (0.2, 0.3, 0.8)), ramp((0.1, 0.3, 0.0), (0.2, 0.3, 0.8))])

@@ -30,34 +30,42 @@ def _put(pivot, ahead, away, a, b):
 
 
 @device
-def choose_pivot(scene, media, o, d, s, u):
-    """Choose a lamp for the segment s of a ray, by u, and leave its angles in MEDIA.pivot; False where there is none.
+def choose_lamp(scene, o, d, s, u):
+    """The lamp that u chooses for the segment s of a ray, which may be a point; -1: there is none.
 
     Lamps are weighed by their intensity over the square of their distance from the segment.
     """
-    m = media_at(media, 0)
     n = light_table_at(scene.light_table, 0).n_local
-    _put(m.pivot, 0.0, 0.0, 0.0, 0.0)
     if n == 0:
+        return -1
+    if n > _MOST:
+        return min(int(u * n), n - 1)
+    chosen = -1
+    total = 0.0
+    for i in range(n):
+        light = light_at(scene.lights, i)
+        if light.seen_by & RAY_VOLUME == 0:
+            continue
+        ahead, away = _nearest(light, o, d)
+        past = ahead - min(max(ahead, 0.0), s)
+        weight = light.importance / (away * away + past * past)
+        total += weight
+        if u * total < weight:
+            chosen = i
+            u *= total / weight
+        else:
+            u = (u * total - weight) / (total - weight)
+    return chosen if total > 0.0 else -1
+
+
+@device
+def choose_pivot(scene, media, o, d, s, u):
+    """Choose a lamp for the segment s of a ray by u, and leave its angles in MEDIA.pivot; False: there is none."""
+    m = media_at(media, 0)
+    _put(m.pivot, 0.0, 0.0, 0.0, 0.0)
+    chosen = choose_lamp(scene, o, d, s, u)
+    if chosen < 0:
         return False
-    chosen = min(int(u * n), n - 1)
-    if n <= _MOST:
-        total = 0.0
-        for i in range(n):
-            light = light_at(scene.lights, i)
-            if light.seen_by & RAY_VOLUME == 0:
-                continue
-            ahead, away = _nearest(light, o, d)
-            past = ahead - min(max(ahead, 0.0), s)
-            weight = light.importance / (away * away + past * past)
-            total += weight
-            if u * total < weight:
-                chosen = i
-                u *= total / weight
-            else:
-                u = (u * total - weight) / (total - weight)
-        if total <= 0.0:
-            return False
     light = light_at(scene.lights, chosen)
     ahead, away = _nearest(light, o, d)
     a, b = math.atan(-ahead / away), math.atan((s - ahead) / away)

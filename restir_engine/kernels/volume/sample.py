@@ -73,24 +73,28 @@ def _start(scene, scratch, instance, material):
 
 
 @kernel
-def cell_extremes(voxels, size, first, last, ny, nz, out):
+def cell_extremes(voxels, size, first, last, ny, nz, out, means):
     """Where the VOXELS at an address have their extremes in each cell of a grid, for cells [first, last) along x.
 
     A cell (i, j, k) is made of the voxels from size (i, j, k) to size (i + 1, j + 1, k + 1), both included: all that
     linear interpolation inside of it uses. out: int32 [nx, ny, nz, 2, 3], indices of the least and the largest, by the
-    sum of the components.
+    sum of the components. means: float32 [nx, ny, nz], the mean of that sum where it is not below 0.
     """
     grid = voxels_at(voxels, 0)
     for i in range(first, last):
         for j in range(ny):
             for k in range(nz):
-                _extremes_of(grid, size, i, j, k, out + 24 * ((i * ny + j) * nz + k))
+                cell = (i * ny + j) * nz + k
+                store_f32(means, cell, _extremes_of(grid, size, i, j, k, out + 24 * cell))
 
 
 @device
 def _extremes_of(grid, size, i, j, k, out):
+    """Put the indices of a cell's extremes to `out`; the mean of what is not below 0."""
     low = 1.0e300
     high = -1.0e300
+    total = 0.0
+    count = 0
     for x in range(size * i, min(size * (i + 1), grid.nx - 1) + 1):
         for y in range(size * j, min(size * (j + 1), grid.ny - 1) + 1):
             at = ((x * grid.ny + y) * grid.nz + size * k) * grid.components
@@ -99,12 +103,15 @@ def _extremes_of(grid, size, i, j, k, out):
                 for _ in range(grid.components):
                     value += load_f32(grid.values, at)
                     at += 1
+                total += max(value, 0.0)
+                count += 1
                 if value < low:
                     low = value
                     _put_index(out, 0, x, y, z)
                 if value > high:
                     high = value
                     _put_index(out, 3, x, y, z)
+    return total / count if count > 0 else 0.0
 
 
 @device

@@ -33,6 +33,7 @@ from .calls import BESIDE_LAMPS, TRACK, segment_start
 from .phase import phase_cosine, phase_value
 from .pivot import own_share
 from .stack import decay, entry_at, innermost, only_world
+from .towards_lamps import choose_target, target_angle, target_density
 from .tracking import coefficients
 
 # Least share of a channel's albedo in its choice: one that is only absorbed still has its light carried through.
@@ -206,12 +207,18 @@ def _scatter(scene, integrator, film, scratch, path, sp, sigma_t, sigma_s, part)
         path.first_in_medium = 1
     d = vec(path.d)
     direct_light(scene, integrator, film, scratch, path, sp, d, part)
-    u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE)
+    u0, _ = rng.sample2(path.key, path.sample, path.dimension + DIM_LOBE)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_DIRECTION)
-    wi = around(d, choose_cosine(media, u0, u1), u2)
-    pdf = phase_density(media, dot(d, wi))
-    if pdf <= 0.0:
+    share_to = media_at(media, 0).share
+    if u0 < share_to:
+        wi = around(vec(media_at(media, 0).target), math.cos(target_angle(u1)), u2)
+    else:
+        wi = around(d, choose_cosine(media, (u0 - share_to) / (1.0 - share_to), u1), u2)
+    p = phase_density(media, dot(d, wi))
+    pdf = direction_density(media, p, wi)
+    if p <= 0.0:
         return ENDS
+    put(path.throughput, scale(vec(path.throughput), p / pdf))
     next_ray(path, sp, vec(sp.p), wi)
     path.flags = RAY_VOLUME
     path.background_visible = 0
@@ -231,12 +238,24 @@ def direct_light(scene, integrator, film, scratch, path, sp, d, part):
 
     Whose value is its density, and of no class of lobes: that the path is in a medium decides on the passes.
     """
+    media = scratch + SCRATCH_MEDIA
+    _, u = rng.sample2(path.key, path.sample, path.dimension + DIM_LOBE)
+    choose_target(scene, integrator, media, path, vec(sp.p), u)
     if draw_light(scene, scratch, path, sp, path.sample):
         ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
         if ls.seen_by & RAY_VOLUME:
-            p = phase_density(scratch + SCRATCH_MEDIA, dot(d, vec(ls.wi)))
+            p = phase_density(media, dot(d, vec(ls.wi)))
             f = Lobes((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (p, p, p))
-            add_light_sample(scene, integrator, film, scratch, path, sp, f, p, part)
+            add_light_sample(
+                scene, integrator, film, scratch, path, sp, f, direction_density(media, p, vec(ls.wi)), part
+            )
+
+
+@inlined
+def direction_density(media, p, wi):
+    """The density by solid angle of the directions in which paths go on, p being that of the phase function."""
+    share = media_at(media, 0).share
+    return p if share == 0.0 else (1.0 - share) * p + share * target_density(media, wi)
 
 
 @inlined

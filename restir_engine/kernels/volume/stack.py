@@ -32,13 +32,20 @@ from .calls import BESIDE_LAMPS
 OVERFLOWS = BESIDE_LAMPS + 1  # index in INTEGRATOR.media, behind the code: how often there was no room for a medium
 _FIRST = MEDIA.itemsize
 _WORDS = MEDIUM.itemsize // 8
-_HEAD = (MEDIUM.itemsize - 8 * MAX_PHASES * PHASE) // 8
+_HEAD = MEDIUM.fields["phases"][1] // 8
+_WALK = MEDIUM.fields["walk"][1]
 
 
 @inlined
 def entry_at(media, index):
     """The index-th MEDIUM of the MEDIA at an address."""
     return medium_at(media + _FIRST, index)
+
+
+@inlined
+def walk_of(media, index):
+    """The address of the WALK of the index-th MEDIUM."""
+    return record_address(entry_at(media, index)) + _WALK
 
 
 @device

@@ -17,11 +17,9 @@ Where a ray is only attenuated, the transmittance is that of the cells' means m,
 
 import math
 
-from ..core import rng
+from ..core import fastmath, rng
 from ..core.jit import device, inlined
-from ..core.memory import load_f32
 from ..core.records import (
-    MAJORANT_FIELDS,
     RAY_SHADOW,
     SCENE_HAS_PIVOTS,
     SCRATCH_MEDIA,
@@ -32,14 +30,13 @@ from ..core.records import (
     shadow_at,
     shadow_point_in,
 )
-from ..core.vec import average, is_black, load3_f32, madd, max3, mul, neg, put, scale, sub, transform_point, vec
+from ..core.vec import average, is_black, madd, max3, mul, neg, put, scale, sub, transform_point, vec
 from ..film.contribute import EMISSION, IN_MEDIUM, contribute, found
 from ..geometry.voxels import voxel_at
 from ..path.state import inherit
 from .majorants import (
-    BOUND,
-    MEAN,
-    RESIDUAL,
+    begin_walk,
+    control_of,
     inside_cells,
     mean_at,
     mean_depth,
@@ -47,8 +44,9 @@ from .majorants import (
     next_collision,
     start_cells,
 )
-from .stack import decay, entry_at, evaluate, innermost
+from .stack import decay, entry_at, evaluate, innermost, walk_of
 
+_LN_2 = math.log(2.0)
 _THIN = 0.1  # what carries less than this share of what it did is subject to roulette
 
 
@@ -99,11 +97,11 @@ def evaluate_at(scene, media, index, point, p, t):
 @inlined
 def _depth(u):
     """An optical depth with the density exp(-τ)."""
-    return -math.log(1.0 - u)
+    return -fastmath.log(1.0 - u)
 
 
 @device
-def _schedule(media, index, o, d, begin, end, u):
+def _schedule(media, index, begin, end, u):
     """Draw the next collision behind `begin` of the medium `index`, -1: of the sum of those that do not vary."""
     if index < 0:
         m = media_at(media, 0)
@@ -111,22 +109,23 @@ def _schedule(media, index, o, d, begin, end, u):
         m.next = begin + _depth(u) / m.mu if m.mu > 0.0 else end
         return
     entry = entry_at(media, index)
-    t, mu = next_collision(entry.majorants, o, d, begin, end, _depth(u), BOUND)
+    t, mu = next_collision(entry.majorants, walk_of(media, index), _depth(u))
     entry.next = t
     entry.mu = mu
 
 
 @device
-def _schedule_all(media, o, d, end, state):
-    """Draw the first collision of each medium on a ray, and return the next state of the random numbers."""
+def _schedule_all(media, o, d, end, u, state):
+    """Draw the first collision of each medium on a ray, by u and by `state` where there are several; the next state of
+    the random numbers."""
     m = media_at(media, 0)
-    state, u, _ = rng.advance(state)
-    _schedule(media, -1, o, d, 0.0, end, u)
     for i in range(m.count):
         entry = entry_at(media, i)
         if entry.priority == m.top and entry.majorants != 0:
+            begin_walk(entry.majorants, walk_of(media, i), o, d, end)
+            _schedule(media, i, 0.0, end, u)
             state, u, _ = rng.advance(state)
-            _schedule(media, i, o, d, 0.0, end, u)
+    _schedule(media, -1, 0.0, end, u)
     return state
 
 
@@ -166,13 +165,15 @@ def track(scene, integrator, film, scratch, path, start, s):
     o = madd(vec(path.o), d, start)
     point = start_point(scratch, path, d, path.flags)
     state = rng.stream(path.key, path.sample, path.dimension)
-    path.dimension += 1
     w = vec(path.throughput)
     if _only_attenuates(media, path.last):
+        path.dimension += 1
         through = attenuation(scene, media, point, o, d, start, s, state)
         put(path.throughput, mul(w, mul(through, decay(vec(m.sigma_t), s))))
         return s
-    state = _schedule_all(media, o, d, s, state)
+    u, scattering = rng.sample2(path.key, path.sample, path.dimension)
+    path.dimension += 1
+    state = _schedule_all(media, o, d, s, u, state)
     enough = _THIN * _largest(w)
     m.chosen = -1
     while True:
@@ -191,8 +192,7 @@ def track(scene, integrator, film, scratch, path, start, s):
         if not path.last:
             scatters = abs(w[0] * sigma_s[0]) + abs(w[1] * sigma_s[1]) + abs(w[2] * sigma_s[2])
         goes_on = abs(w[0] * null[0]) + abs(w[1] * null[1]) + abs(w[2] * null[2])
-        state, u0, u1 = rng.advance(state)
-        if scatters > 0.0 and u0 * (scatters + goes_on) < scatters:
+        if scatters > 0.0 and scattering * (scatters + goes_on) < scatters:
             put(path.throughput, scale(mul(w, sigma_s), (scatters + goes_on) / (mu * scatters)))
             m.chosen = index
             if scene.flags & SCENE_HAS_PIVOTS:
@@ -208,7 +208,8 @@ def track(scene, integrator, film, scratch, path, start, s):
                 w = (0.0, 0.0, 0.0)
                 break
             w = scale(w, 2.0)
-        _schedule(media, index, o, d, t, s, u1)
+        state, scattering, u = rng.advance(state)
+        _schedule(media, index, t, s, u)
     put(path.throughput, w)
     return s
 
@@ -253,32 +254,38 @@ def _attenuation(scene, media, index, point, o, d, start, s, state, result):
     """
     entry = entry_at(media, index)
     grid = majorants_at(entry.majorants, 0)
-    p, v, t, last, i, j, k = start_cells(grid, o, d, 0.0, s)
+    color = vec(grid.color)
+    least = min(color[0], min(color[1], color[2]))
+    planes, steps, t, last, cell = start_cells(grid, o, d, 0.0, s)
     state, u, survives = rng.advance(state)
     left = _depth(u)
-    depth = (0.0, 0.0, 0.0)
+    depth = 0.0
     enough = _THIN * _largest(result)
-    while t < last and inside_cells(grid, i, j, k):
-        cell = grid.cells + 4 * MAJORANT_FIELDS * ((i * grid.ny + j) * grid.nz + k)
-        rate = load_f32(cell, RESIDUAL)
-        mean = load3_f32(cell + 4 * MEAN, 0)
-        leave, i, j, k = next_cell(grid, p, v, t, last, i, j, k)
-        depth = madd(depth, mean, leave - t)
+    thin = -fastmath.log(_THIN)  # where `result` has gone down by that depth it is less than `enough`
+    while t < last and inside_cells(grid, cell):
+        rate, mean = control_of(grid, cell)
+        leave, planes, cell = next_cell(planes, steps, t, last, cell)
+        depth += mean * (leave - t)
         while (leave - t) * rate >= left and rate > 0.0:
             t += left / rate
             evaluate_at(scene, media, index, point, madd(o, d, t), start + t)
-            residual = sub(vec(entry.sigma_t), mean)
+            residual = sub(vec(entry.sigma_t), scale(color, mean))
             result = mul(result, sub((1.0, 1.0, 1.0), scale(residual, 1.0 / rate)))
+            most = _largest(result)
+            if not most > 0.0:
+                return (0.0, 0.0, 0.0), state
+            thin = fastmath.log(most / enough)
             state, u, _ = rng.advance(state)
             left = _depth(u)
         left -= (leave - t) * rate
         t = leave
-        if _largest(result) * math.exp(-min(depth[0], min(depth[1], depth[2]))) < enough:
+        if depth * least > thin:
             if survives >= 0.5:
                 return (0.0, 0.0, 0.0), state
             result = scale(result, 2.0)
+            thin += _LN_2
             state, _, survives = rng.advance(state)
-    return mul(result, (math.exp(-depth[0]), math.exp(-depth[1]), math.exp(-depth[2]))), state
+    return mul(result, decay(color, depth)), state
 
 
 @device
@@ -290,8 +297,8 @@ def distance_density(media, o, d, t):
     for i in range(m.count):
         entry = entry_at(media, i)
         if entry.priority == m.top and entry.majorants != 0:
-            rate += average(mean_at(entry.majorants, madd(o, d, t)))
-            depth += average(mean_depth(entry.majorants, o, d, 0.0, t))
+            rate += mean_at(entry.majorants, madd(o, d, t))
+            depth += mean_depth(entry.majorants, o, d, 0.0, t)
     return rate * math.exp(-depth)
 
 
