@@ -23,7 +23,7 @@ from ....kernels.core.records import (
 )
 from ....kernels.core.vec import dot, is_black, length, mul, put, scale, sub, vec
 from ....kernels.film.contribute import class_shares
-from ....kernels.geometry.intersect import occluded
+from ....kernels.geometry.leaving import occluded_from
 from ....kernels.geometry.surface import offset_origin, surface_point, triangle_point
 from ....kernels.lights import light_point
 from ....kernels.lobes import bsdf_eval, label_pdf
@@ -210,7 +210,7 @@ def _connect(scene, integrator, scratch, walk, path, sp, r, kind):
             weight *= mis_weight(pdf, r.density)
     elif r.density > 0.0:
         weight = mis_weight(r.density, pdf)
-    if occluded(scene, scratch, o, d, reach * (1.0 - 2.0e-5), ray_mask(path.flags)):
+    if occluded_from(scene, scratch, sp, o, d, reach * (1.0 - 2.0e-5), ray_mask(path.flags)):
         return NO_LOBES, 0.0
     value = mul(mul(throughput, total), scale(vec(r.radiance), weight))
     return by_class(path, value), arrives * leaves * geometry(point, vec(sp.p))
