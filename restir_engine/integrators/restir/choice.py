@@ -25,6 +25,7 @@ from ...film import Film
 from ...kernels.core.jit import begin
 from ...kernels.core.records import SCENE_HAS_SUBSURFACE, SCENE_HAS_VARYING_MEDIA
 from ...scene.camera import Camera
+from ...scene.light_tiles import has_choice
 from ...scene.scene import Scene
 from ...settings import RenderSettings, required_passes
 from ..base import Integrator, Stage
@@ -107,12 +108,6 @@ def _without_reuse(settings: RenderSettings, scene: Scene) -> RenderSettings:
     if reuse.temporal or reuse.rounds or resamples_subsurface(scene, settings):
         scene.warnings.add("Render", "Reuse", "is off, as there are volumes that vary in space")
     return replace(settings, sss_shift="NONE", reuse=replace(reuse, temporal=False, rounds=0))
-
-
-def has_choice(scene: Scene) -> bool:
-    """Whether there is anything to choose among: more than one lamp, luminous meshes, a world that is sampled."""
-    lights = scene.lights.record
-    return scene.record["n_lights"] > 1 or lights["triangles"] > 0.0 or lights["world"] > 0.0
 
 
 def smaller(camera: Camera, pixels: int) -> Camera:
