@@ -27,8 +27,8 @@ class ReuseSettings:
         64,
         "Light Candidates",
         "Points on lights that each light sample is chosen from. More find the important lights sooner and cost a "
-        "little time",
-        min=1,
+        "little time. 0, or a single lamp: whole paths and indirect ones sample lights as path tracing does",
+        min=0,
         soft_max=256,
         max=1024,
     )

@@ -98,6 +98,7 @@ class RestirIntegrator(Integrator):
         """The steps of a frame, or where no pixel looks at another of several, a tile's all at once."""
         if not self.frame:
             return [stage for sample in range(first_sample, first_sample + samples) for stage in self._by_tiles(sample)]
+        self._sample = first_sample
         if self.cache:
             self.cache.watch(self.frame.pixels)
         reuse = self.reuse.stages(self.context, self.record, self.frame, self.history, self._frame_seed(first_sample))

@@ -12,6 +12,7 @@ from ...path.trace import trace_ray
 from ...path.vertex import arrive
 from ...resampling.vertex import hold, let_go
 from .walk import WORK_INTEGRATOR, WORK_PIXEL, bounce_pdf, connects, note_bounce, start_walk
+from .work import RAYS, count
 
 _ENDLESS = 1 << 40
 _INTEGRATOR_WORDS = INTEGRATOR.itemsize // 8
@@ -57,6 +58,7 @@ def replay(scene, camera, integrator, film, scratch, walk, path, sp, bounces):
         if not replay_bounce(scene, integrator, walk, path, sp):
             return False
         let_go(scratch)
+        count(scratch, RAYS, 1)
         trace_ray(scene, camera, scratch, path)
         if arrive(scene, camera, integrator, film, scratch, path, sp) != SHADES:
             return False
@@ -67,6 +69,8 @@ def replay(scene, camera, integrator, film, scratch, walk, path, sp, bounces):
 @inlined
 def replay_bounce(scene, integrator, walk, path, sp):
     """One bounce, without its ray; False likewise."""
+    if not samples_tiles(scene):
+        note_choice(scene, sp)  # as light samples do, which MIS asks for by the next ray
     if bounce(scene, integrator, path, sp) != GOES_ON or connects(walk, sp, bounce_pdf(path)):
         return False
     note_bounce(walk, path, sp)
@@ -76,12 +80,11 @@ def replay_bounce(scene, integrator, walk, path, sp):
 @device
 def replay_ray(scene, camera, integrator, film, scratch, walk, path, sp, source):
     """The last bounce and its ray: what that finds of `source` is in walk.found. False likewise."""
-    if not samples_tiles(scene):
-        note_choice(scene, sp)
     if not replay_bounce(scene, integrator, walk, path, sp):
         return False
     walk.source = source
     let_go(scratch)
+    count(scratch, RAYS, 1)
     trace_ray(scene, camera, scratch, path)
     arrive(scene, camera, integrator, film, scratch, path, sp)
     return True

@@ -56,6 +56,7 @@ from .sample import (
     vertex_of,
 )
 from .walk import connects, geometry, replayed_tags, walk_of
+from .work import SHIFTS, count
 
 
 @entry
@@ -75,6 +76,7 @@ def shift_path(start, to, reservoir, shifted, unused):
     walk.code = row.taker
     key = r.seed & 0xFFFFFFFF
     integrator = start_replay(scene, integrator, frame, scratch, walk, options, path, sp, b.pixel, key, int(r.index))
+    count(scratch, SHIFTS, 1)
     prefix = vec(walk.prefix)
     camera, film = camera_at(scene.camera, 0), film_at(row.film, 0)
     if not replay(scene, camera, integrator, film, scratch, walk, path, sp, vertex_of(r.flags) - 2):
