@@ -36,12 +36,14 @@ from ..base import Integrator, Stage, Tile
 from ..path.integrator import PathIntegrator
 from ..path.tile import render_tile
 from ..resampling.history import History
+from ..resampling.spatial import spatial_tile
 from ..techniques.direct.candidates import candidates_tile
+from ..techniques.path.shift import shift_path
 from ..techniques.path.work import RAYS, SHIFTS, VERTICES, work_done
 from ..techniques.subsurface.layer import resamples_subsurface
 from .gbuffer import gbuffer_tile
 from .integrator import RestirIntegrator
-from .paths import resamples_paths
+from .paths import PathSteps, resamples_paths
 from .shade import shade_tile
 
 log = logging.getLogger(__name__)
@@ -77,7 +79,7 @@ REUSED = Way(
 OVERHEAD, SHIFT_WORK, RAY_WORK = 1.7, 0.8, 0.6
 MARGIN = 0.7
 BLOCKS, BLOCK = 24, 8  # in which whole paths are tried, and their side in pixels
-LONG = 4e6  # samples of all pixels of a render for which that is worth the while: the kernels take a second to load
+LONG = 4e6  # samples of all pixels of a render for which that is worth the while
 
 FIRST_KERNELS = [render_tile]  # what a render needs where nothing is reused, which is the default
 
@@ -101,30 +103,42 @@ def integrator_of(
     resamples = reuse.temporal or reuse.rounds or resamples_subsurface(context.scene, settings)
     if not reuse.pilot or resamples or "Visibility Estimate" in settings.passes:
         return RestirIntegrator(context, settings, film, history)
-    walks = context.scene.record["flags"] & SCENE_HAS_SUBSURFACE
-    costs = [way.with_walks if walks else way.cost for way in WAYS]
-    affordable = film.width * film.height * len(settings.sample_range)
-    if settings.time_limit:
-        seconds = settings.share * settings.time_limit
-        affordable = min(affordable, CORES * seconds / (SAMPLE_WITH_WALKS if walks else SAMPLE))
+    walks = bool(context.scene.record["flags"] & SCENE_HAS_SUBSURFACE)
     trial = replace(settings, seed=settings.seed ^ TRIAL_SEED)
     chosen, worth = WAYS[0], 1.0
     if has_choice(context.scene):
-        pixels = min(MOST, int(SHARE * affordable / (BATCH * BATCHES * sum(costs))))
-        if pixels < FEWEST:
+        chosen, worth = _best(context, trial, _samples(film, settings, settings.share, walks), walks)
+        if chosen is None:
             return RestirIntegrator(context, settings, film, history)
-        begin([gbuffer_tile, candidates_tile, shade_tile])  # while PATH's is waited for
-        small = FrameContext(context.scene, smaller(context.camera, pixels))
-        worths = [noise * cost for noise, cost in zip(compare(small, trial), costs, strict=True)]
-        worth = min(worths)
-        chosen = WAYS[worths.index(worth)]
-        worth = worth / worths[0] if worths[0] > 0.0 else 1.0
-        log.debug("Noise × time: %s", ", ".join(f"{w.name} {x:.3g}" for w, x in zip(WAYS, worths, strict=True)))
-    if affordable >= LONG and not walks and can_reuse(context, settings):
+    # Parts of a render, which take a share of its samples, choose alike.
+    if _samples(film, settings, 1.0, walks) >= LONG and not walks and can_reuse(context, settings):
+        begin([gbuffer_tile, *PathSteps.kernels, spatial_tile, shift_path])  # while PATH's is waited for
         reused = worth_of_reuse(context, trial)
         log.debug("Noise × time by path tracing's: %s %.3g, %s %.3g", chosen.name, worth, REUSED.name, reused)
         chosen = REUSED if reused < MARGIN * worth else chosen
     return chosen.kind(context, _with(settings, chosen), film)
+
+
+def _samples(film: Film, settings: RenderSettings, share: float, walks: bool) -> float:
+    """About how many samples of all pixels a share of the render has, by its samples and its time limit."""
+    found = film.width * film.height * settings.samples
+    if settings.time_limit:
+        found = min(found, CORES * settings.time_limit / (SAMPLE_WITH_WALKS if walks else SAMPLE))
+    return share * found
+
+
+def _best(context: FrameContext, settings: RenderSettings, affordable: float, walks: bool) -> tuple[Way | None, float]:
+    """The best of WAYS, and its noise × time by PATH's; None where there are too few samples to try them."""
+    costs = [way.with_walks if walks else way.cost for way in WAYS]
+    pixels = min(MOST, int(SHARE * affordable / (BATCH * BATCHES * sum(costs))))
+    if pixels < FEWEST:
+        return None, 1.0
+    begin([gbuffer_tile, candidates_tile, shade_tile])  # while PATH's is waited for
+    small = FrameContext(context.scene, smaller(context.camera, pixels))
+    worths = [noise * cost for noise, cost in zip(compare(small, settings), costs, strict=True)]
+    log.debug("Noise × time: %s", ", ".join(f"{way.name} {x:.3g}" for way, x in zip(WAYS, worths, strict=True)))
+    least = min(worths)
+    return WAYS[worths.index(least)], least / worths[0] if worths[0] > 0.0 else 1.0
 
 
 def can_reuse(context: FrameContext, settings: RenderSettings) -> bool:
