@@ -1,6 +1,6 @@
 """Kernels that are called by the addresses of their records, by who calls them for little work at a time.
 
-Numba takes 5 µs to look at a record that it is given, and a step of a small tile is given five.
+Numba takes a microsecond to look at a record that it is given, and a step of a small tile is given five.
 """
 
 from __future__ import annotations
