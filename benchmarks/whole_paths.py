@@ -1,4 +1,4 @@
-"""Whole paths resampled beside PATH: `python -m benchmarks.whole_paths [SCENE …] [--ladder | --view] [--seeds N]`.
+"""Whole paths resampled beside PATH: `python -m benchmarks.whole_paths [SCENE …] [--ladder | --view | --final] …`.
 
 Interiors of testing/scenes/interiors.py at 64 × 64 pixels, twelve bounces, one thread. relMSE (the worst 0.1 % of the
 pixels left out) against many samples; time is that of the processor. As noise goes with one over time, the last column
@@ -37,6 +37,7 @@ FINAL = {
     "whole, 1 round of 3": WHOLE | {"rounds": 1},
     "whole, 2 rounds of 6": WHOLE | {"rounds": 2, "neighbours": 6},
     "whole, 3 rounds of 4": WHOLE | {"rounds": 3, "neighbours": 4},
+    "whole, 3 rounds of 4, without tiles": WHOLE | {"rounds": 3, "neighbours": 4, "light_candidates": 0},
 }
 MOVING = {
     "direct, temporal and 1 round": {"temporal": True, "rounds": 1},
@@ -164,6 +165,7 @@ def main() -> None:
     parser.add_argument("--reference", type=int, default=4096, help="samples of PATH")
     parser.add_argument("--ladder", action="store_true")
     parser.add_argument("--view", action="store_true")
+    parser.add_argument("--final", action="store_true", help="no camera that moves")
     args = parser.parse_args()
     print("| frames | scene | settings | relMSE | CPU ms | at equal time |\n|---|---|---|---|---|---|")
     if args.view:
@@ -185,6 +187,8 @@ def main() -> None:
             table("final", name, rows, still, reference, args.seeds, base)
             continue
         table("final", name, FINAL, still, reference, args.seeds, base)
+        if args.final:
+            continue
 
         def last(options, seed, scene=scene):
             return moving(scene, interiors.VIEW, args.size, options, seed)

@@ -23,6 +23,12 @@ def tile_count(pixels: int) -> int:
     return min(max(round(pixels**0.5 / _WIDTH), _FEWEST), _MOST)
 
 
+def has_choice(scene) -> bool:
+    """Whether there is anything to choose among: more than one lamp, luminous meshes, a world that is sampled."""
+    lights = scene.lights.record
+    return scene.record["n_lights"] > 1 or lights["triangles"] > 0.0 or lights["world"] > 0.0
+
+
 class LightTiles(RecordOwner):
     """Light tiles of a frame of a committed scene; `FrameContext` makes its light samples resampled ones by them.
 

@@ -9,6 +9,7 @@ from restir_engine.integrators.resampling.inputs import domain_of, put_canonical
 from restir_engine.integrators.resampling.options import REUSE
 from restir_engine.integrators.resampling.reservoir import RESERVOIR_BYTES
 from restir_engine.integrators.resampling.technique import NOW, SHIFTED, domain_at, set_domain, shift
+from restir_engine.integrators.resampling.vertex import let_go
 from restir_engine.integrators.restir.integrator import RestirIntegrator
 from restir_engine.kernels.core.jit import kernel
 from restir_engine.kernels.core.memory import address, copy_words
@@ -22,6 +23,7 @@ _SHIFTED_WORDS = SHIFTED.itemsize // 8
 @kernel
 def _shift_all(scene: SCENE, integrator: INTEGRATOR, frame: FRAME, reuse: REUSE, scratch, dx, dy, there, back):
     """Each pixel's sample shifted by (dx, dy), and that shifted back: SHIFTED [height, width] each."""
+    let_go(scratch)
     for i in range(2):
         set_domain(domain_at(domain_of(scratch, i), 0), scene, integrator, frame, 0, reuse, scratch, NOW)
     for y in range(frame.height):
@@ -44,7 +46,7 @@ class Paths:
     """The samples of one frame of a scene, `reservoirs` and their F in `light`, before any reuse."""
 
     def __init__(self, scene, seed: int = 0, **options) -> None:
-        reuse = ReuseSettings(**{"paths": "WHOLE", "rounds": 1} | options)
+        reuse = ReuseSettings(**{"paths": "WHOLE", "rounds": 1, "pattern": "DISK"} | options)
         settings = RenderSettings(integrator="RESTIR", seed=seed, reuse=reuse)
         width, height = scene.camera.film_size
         film = Film(width, height, required_passes(settings.passes, False), 1.0)
@@ -54,7 +56,9 @@ class Paths:
         tiles = [
             (x, y, min(x + 32, width), min(y + 32, height)) for y in range(0, height, 32) for x in range(0, width, 32)
         ]
-        for stage in self.integrator.stages(0, 1)[:3]:  # lights, first vertices, paths
+        for stage in self.integrator.stages(0, 1):
+            if stage.run.func.__name__ == "_spatial":
+                break
             for item in stage.items or tiles:
                 stage.run(item, self.scratch)
         self.reservoirs = self.integrator.frame.reservoirs[0]

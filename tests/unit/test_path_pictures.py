@@ -27,6 +27,7 @@ REUSE = {
     "indirect": {"paths": "INDIRECT", "rounds": 1},
     "temporal": {"paths": "WHOLE", "temporal": True},
 }
+DRAWN = {"without tiles": {"paths": "WHOLE", "rounds": 3, "neighbours": 4, "light_candidates": 0}}
 KINDS = {
     **{f"{mis}, {pattern}": {"mis": mis, "pattern": pattern} for mis in ("BALANCE", "PAIRWISE", "CONTRIBUTION")
        for pattern in ("DISK", "PAIRS")},
@@ -83,11 +84,11 @@ def test_every_kind_of_reuse_keeps_the_picture(kind, still_life):
 
 @pytest.mark.deep
 @pytest.mark.parametrize("name", [*SCENES, "area", "point", "spot", "sun", "mesh", "world", "many", "all"])
-@pytest.mark.parametrize("reuse", REUSE)
+@pytest.mark.parametrize("reuse", REUSE | DRAWN)
 def test_pictures_are_those_of_path(name, reuse):
     scene = interior(name, 32) if name in SCENES else picture_scene(name, 32)
     path = np.concatenate([renders(scene, k * GROUP, 256, integrator="PATH") for k in range(2)])
-    assert told(scene, path, **REUSE[reuse]) is not Verdict.DIFFERENT
+    assert told(scene, path, **(REUSE | DRAWN)[reuse]) is not Verdict.DIFFERENT
 
 
 def test_light_passes_are_those_of_path():

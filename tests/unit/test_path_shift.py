@@ -11,9 +11,14 @@ from testing.scenes.rooms import picture_scene
 
 @pytest.fixture(scope="module")
 def paths():
-    """Samples of rooms with all kinds of light, glossy and glass surfaces, alpha and mirrors."""
-    scenes = {"room": picture_scene("all"), "ajar": interior("ajar"), "still life": interior("still life")}
-    return {name: Paths(scene) for name, scene in scenes.items()}
+    """Samples of rooms with all kinds of light, glossy and glass surfaces, alpha and mirrors.
+
+    Lights come from tiles in the room, and are sampled as PATH does in the others.
+    """
+    room = picture_scene("all")
+    scenes = {"ajar": interior("ajar"), "still life": interior("still life")}
+    found = {name: Paths(scene) for name, scene in scenes.items()}
+    return found | {"room": Paths(room), "room without tiles": Paths(room, light_candidates=0)}
 
 
 def test_every_kind_of_sample_is_kept(paths):

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from restir_engine import session as sessions
+from restir_engine.integrators.resampling.reuse import Reuse
 from restir_engine.integrators.restir.integrator import RestirIntegrator
 from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene.lamps import area_lamp
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
+from testing.scenes.interiors import interior
 from testing.scenes.lights import matrix
 from testing.scenes.rooms import Builder, diffuse, look, picture_scene, render, scaled
 from testing.scenes.shapes import QUAD
@@ -46,6 +48,15 @@ def test_pairs_and_disks_do_not_depend_on_tiles_of_a_size_that_no_block_divides(
     monkeypatch.setattr(sessions, "TILE", 12)
     np.testing.assert_array_equal(render(scene, 3, threads=1, **DISK), disk)
     assert (disk != three_frames).any()
+
+
+def test_frames_of_a_tile_are_those_of_the_picture(monkeypatch):
+    """Where no sample leaves its block, a tile's steps follow each other, which changes nothing."""
+    settings = REUSE | {"reuse": ReuseSettings(paths="WHOLE", rounds=2)}
+    scene = interior("doorway", SIZE)
+    by_tiles = render(scene, 2, threads=3, **settings)
+    monkeypatch.setattr(Reuse, "block", 0)
+    np.testing.assert_array_equal(by_tiles, render(scene, 2, threads=1, **settings))
 
 
 def cancelled(scene, monkeypatch, step: str, frame: int) -> Session:

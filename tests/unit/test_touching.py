@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from restir_engine.kernels.lobes import nodes
+from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene.lamps import area_lamp
 from restir_engine.scene.mesh import Mesh
 from testing.scenes.lights import matrix
-from testing.scenes.rooms import diffuse
+from testing.scenes.rooms import diffuse, program
 from testing.scenes.scattering import look, render, scatter_scene, subsurface_program
 from testing.scenes.shapes import box
 
@@ -33,3 +35,19 @@ def body(scale: float, **settings) -> np.ndarray:
 def test_no_light_from_below_the_floor(integrator, method):
     for scale in (1.0, 0.37):
         assert not body(scale, integrator=integrator, sss_method=method).any()
+
+
+def test_reuse_brings_no_light_from_below_the_floor():
+    """Whole paths of neighbors are not connected through the floor under a translucent sheet that juts out over it."""
+    place = 0.7
+    above = np.nextafter(np.float32(place), np.float32(1.0))
+    floor = sheet(place)
+    floor.vertices[:, 0] = np.minimum(floor.vertices[:, 0], 0.12)
+    others = [(floor, diffuse((0.0, 0.0, 0.0))), (sheet(-0.8), diffuse((0.8, 0.8, 0.8)))]
+    lamps = [area_lamp(matrix((0.5, 0.0, 0.2), (0.0, 0.0, 1.0)), (90.0, 90.0, 90.0), 0.5, 0.5)]
+    thin = program([(nodes.TRANSLUCENT, 0, 3, -1)], [1.0, 1.0, 1.0, 0.9, 0.9, 0.9])
+    scene = look(scatter_scene(sheet(above), thin, lamps, others=others), (0.0, -0.4, 3.0), size=2.0)
+    reuse = ReuseSettings(paths="WHOLE", rounds=1)
+    found = render(scene, 8, max_bounces=4, integrator="RESTIR", reuse=reuse)["Combined"][..., :3]
+    assert not found[:, :35].any()
+    assert found[:, 37:].mean() > 0.1

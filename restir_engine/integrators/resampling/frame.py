@@ -19,6 +19,11 @@ FRAME = np.dtype(
     [
         ("width", np.int64),
         ("height", np.int64),
+        # Of the film's pixels those that are here: from (left, bottom) to before (right, top).
+        ("left", np.int64),
+        ("bottom", np.int64),
+        ("right", np.int64),
+        ("top", np.int64),
         ("channels", np.int64),  # of the film
         # Addresses of one item a pixel, rows bottom to top:
         ("points", np.int64),  # SHADING_POINT: the vertex to be lit, with its closures; instance -1: there is none
@@ -48,7 +53,8 @@ frame_at = record_at(FRAME)
 
 
 _BY_PIXEL = (
-    "points", "paths", "pixels", "hits", "light", "light_by_group", "mean_visibilities", "control_variates",
+    "points", "paths", "pixels", "hits", "light", "indirect", "light_by_group", "mean_visibilities",
+    "control_variates",
 )  # fmt: skip
 
 
@@ -87,15 +93,16 @@ class Frame(RecordOwner):
         self._record = np.zeros(1, FRAME)
         record = self._record[0]
         record["width"], record["height"], record["channels"] = width, height, channels
-        record["indirect"] = address(self.indirect)
         record["light_groups"] = address(light_groups) if groups else 0
         self.companion: Frame | None = None  # of another technique at the same points
         self._x = self._y = 0
-        self.place(0, 0)
+        self.place((0, 0, width, height))
 
-    def place(self, x: int, y: int) -> None:
-        """Let the lower left item stand for a pixel of the film: kernels go by its coordinates there."""
-        self._x, self._y = x, y
+    def place(self, tile: tuple[int, int, int, int]) -> None:
+        """Let the lower left items stand for a tile of the film: kernels go by its coordinates."""
+        self._x, self._y = tile[:2]
+        for name, value in zip(("left", "bottom", "right", "top"), tile, strict=True):
+            self._record[0][name] = value
         for name in _BY_PIXEL:
             self._record[0][name] = self._origin(getattr(self, name))
         self.use_reservoirs(0)
@@ -117,6 +124,8 @@ class Frame(RecordOwner):
 
     def _origin(self, array: np.ndarray, axis: int = 1) -> int:
         """The address at which the item of the film's first pixel would be; axis: that of the columns."""
+        if not array.size:
+            return 0
         return address(array) - array.strides[axis] * (self._y * self.points.shape[1] + self._x)
 
     @property

@@ -38,10 +38,16 @@ from .technique import (
 )
 
 # One SHIFTED more than there are candidates is for what is needed at once.
-WORK_TABLE = resampling_area(TABLE_BYTES + (DOMAIN_BYTES + SHIFTED_BYTES) * MAX_CANDIDATES + SHIFTED_BYTES)
+_MASK_BYTES = 16
+_CANDIDATE_BYTES = DOMAIN_BYTES + SHIFTED_BYTES + _MASK_BYTES
+COUNTS = 3
+WORK_TABLE = resampling_area(TABLE_BYTES + _CANDIDATE_BYTES * MAX_CANDIDATES + SHIFTED_BYTES + 8 + 8 * COUNTS)
 WORK_DOMAINS = WORK_TABLE + TABLE_BYTES
 WORK_SHIFTED = WORK_DOMAINS + DOMAIN_BYTES * MAX_CANDIDATES
 WORK_BACK = WORK_SHIFTED + SHIFTED_BYTES * MAX_CANDIDATES
+WORK_HELD = WORK_BACK + SHIFTED_BYTES  # the address of the point whose copy the tile's SHADING_POINT is; 0: of none
+WORK_MASKS = WORK_HELD + 8  # of PAIRS: (x, y) of each partner's mask
+WORK_COUNTS = WORK_MASKS + _MASK_BYTES * MAX_CANDIDATES  # int64 [COUNTS] of a technique: the work that it has done
 
 
 POINT_BYTES, PATH_BYTES = SHADING_POINT.itemsize, PATH.itemsize

@@ -7,6 +7,7 @@ coordinates with a mask that is one for all pixels of a frame, a round and an in
 
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined
+from ...kernels.core.memory import load_i64, store_i64
 
 LARGEST_BLOCK = 32
 
@@ -20,13 +21,21 @@ def block_of(radius):
     return block
 
 
-@inlined
-def pair_mask(seed, turn, index, count, block):
-    """What the index-th of `count` partners of all pixels differ by: bits of x and of y, not both 0.
+@device
+def draw_masks(to, seed, turn, count, block):
+    """Store what each of `count` partners of all pixels differ by, bits of x and of y, not both 0: int64 [count, 2].
 
     The masks of a round are different, where there are as many: the first by chance, the others evenly behind it.
     """
     masks = block * block - 1
     first = rng.hash_combine(rng.hash_combine(seed, 0x50414952), turn) % masks
-    mask = 1 + (first + index * max(masks // count, 1)) % masks
-    return mask % block, mask // block
+    for index in range(count):
+        mask = 1 + (first + index * max(masks // count, 1)) % masks
+        store_i64(to, 2 * index, mask % block)
+        store_i64(to, 2 * index + 1, mask // block)
+
+
+@inlined
+def partner(masks, index, x, y):
+    """The index-th partner (x, y) of a pixel."""
+    return x ^ load_i64(masks, 2 * index), y ^ load_i64(masks, 2 * index + 1)

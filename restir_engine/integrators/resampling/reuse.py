@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...kernels.core.direct import Direct
 from ...kernels.core.memory import address
 from ...reuse_settings import ReuseSettings
 from ..base import Stage, Tile
 from .frame import Frame
 from .history import History
-from .options import PAIRS, reuse_records
+from .options import reuse_records
+from .pairing import block_of
 from .spatial import spatial_tile
 from .technique import SHIFTED
 from .temporal import temporal_tile
 
 if TYPE_CHECKING:
     from ...context import FrameContext
+
+SPATIAL = Direct(spatial_tile)
 
 
 class Reuse:
@@ -47,6 +52,7 @@ class Reuse:
             self._in_time = reuse_records(replace(settings, mis=mis_in_time), address(technique))
         later = [reuse_records(settings, address(one)) for one in later]
         self.by_round = [self.records, *later]  # the last one goes on for all rounds behind it
+        self._idle: deque[np.ndarray] = deque()  # working memory of PAIRS
 
     def kernels(self) -> list:
         """Those that the settings need."""
@@ -65,17 +71,51 @@ class Reuse:
             args = (history, history.motion(context.scene).record, context, integrator, frame, rounds == 0)
             found.append(Stage(partial(self._temporal, *args), finish=frame.use_reservoirs))
         for turn in range(rounds):
-            run = partial(self._spatial, context, integrator, frame, turn, turn == rounds - 1)
+            run = partial(self._spatial, context, integrator, frame, self._of_round(turn), turn)
             found.append(Stage(run, finish=frame.use_reservoirs))
         return found
 
-    def _spatial(self, context, integrator, frame, turn, last, tile: Tile, scratch: np.ndarray) -> None:
-        for reuse in self.by_round[min(turn, len(self.by_round) - 1)]:
-            pairs = None
-            if reuse["pattern"] == PAIRS:
-                pairs = np.empty((tile[2] - tile[0]) * (tile[3] - tile[1]) * reuse["neighbours"], SHIFTED)
-            work = address(pairs), address(scratch)
-            spatial_tile(context.record, integrator[0], frame.record, reuse, *work, *tile, turn, int(last))
+    @property
+    def block(self) -> int:
+        """The side of the blocks, aligned to it, that no sample leaves; 0: they may come from anywhere."""
+        options = self.settings
+        anywhere = options.temporal or (options.rounds and options.pattern == "DISK")
+        return 0 if anywhere else block_of.py_func(options.radius)
+
+    def within_tile(self, context: FrameContext, integrator: np.ndarray, seed: int) -> Callable:
+        """All rounds as a function of a frame that holds a tile of whole blocks, the tile and working memory."""
+        rounds = [self._of_round(turn).copy() for turn in range(self.settings.rounds)]
+        for records in rounds:
+            records["seed"] = seed
+
+        def reuse(frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
+            for turn, records in enumerate(rounds):
+                self._spatial(context, integrator, frame, records, turn, tile, scratch)
+                frame.use_reservoirs()
+
+        return reuse
+
+    def _of_round(self, turn: int) -> np.ndarray:
+        return self.by_round[min(turn, len(self.by_round) - 1)]
+
+    def _spatial(self, context, integrator, frame, records, turn, tile: Tile, scratch: np.ndarray) -> None:
+        last = turn == self.settings.rounds - 1
+        pairs = self._pairs()
+        args = context.address, address(integrator), frame.address
+        for k in range(len(records)):
+            reuse = address(records) + k * records.itemsize
+            SPATIAL(*args, reuse, address(pairs), address(scratch), *tile, turn, int(last))
+        if pairs is not None:
+            self._idle.append(pairs)
+
+    def _pairs(self) -> np.ndarray | None:
+        """Room for SHIFTED of all pairs of a block."""
+        if self.settings.pattern != "PAIRS":
+            return None
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return np.empty(block_of.py_func(self.settings.radius) ** 2 * self.settings.neighbours, SHIFTED)
 
     def _temporal(self, history, motion, context, integrator, frame, last, tile: Tile, scratch) -> None:
         then = history.before

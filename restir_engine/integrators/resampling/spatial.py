@@ -1,7 +1,7 @@
 """Spatial reuse: a pixel resamples its own sample with those of a few others on surfaces like its own.
 
 DISK takes neighbours by chance from a disk; two shifts a neighbour, there and back. PAIRS takes partners, whose two
-shifts are computed once for both (`pairing`): first every pixel of the tile shifts its partners' samples to itself,
+shifts are computed once for both (`pairing`): first every pixel of a block shifts its partners' samples to itself,
 then every pixel finds in the table also what its own sample is worth to them.
 """
 
@@ -10,8 +10,9 @@ from ...kernels.core.jit import device, inlined, kernel
 from ...kernels.core.memory import load_f32
 from ...kernels.core.records import INTEGRATOR, SCENE, tile_scene
 from ...kernels.core.vec import vec
-from .frame import FRAME
+from .frame import FRAME, TILE
 from .inputs import (
+    WORK_MASKS,
     counts,
     domain_of,
     point_at,
@@ -26,10 +27,11 @@ from .inputs import (
 from .mis import BALANCE
 from .neighbours import disk_neighbour, similar
 from .options import PAIRS, REUSE
-from .pairing import block_of, pair_mask
+from .pairing import block_of, draw_masks, partner
 from .resample import MAX_CANDIDATES, needs_from
 from .reservoir import RESERVOIR_BYTES, clear, reservoir_at
 from .technique import NOW, SHIFTED_BYTES, copy_shifted, domain_at, set_domain, shift
+from .vertex import let_go
 
 STREAM = 2  # of random numbers; with the round it makes the key
 DIM_CHOICE = 1
@@ -41,20 +43,34 @@ def spatial_tile(
 ):
     """One round of spatial reuse from frame.reservoirs to frame.reused for the pixels of a tile.
 
-    pairs: SHIFTED [reuse.neighbours] for each pixel of the tile, working memory of PAIRS; turn: which round it is;
+    pairs: SHIFTED [reuse.neighbours] for each pixel of a block, working memory of PAIRS; turn: which round it is;
     last: whether it is the last reuse of the frame, after which frame.light is what lights.
     """
     scene = tile_scene(scene, scratch, 0)
+    let_go(scratch)
     start = reservoirs_of(frame, reuse, frame.reservoirs)
     to = reservoirs_of(frame, reuse, frame.reused)
     count = min(reuse.neighbours, MAX_CANDIDATES - 1)
     for i in range(count + 1):
         set_domain(domain_at(domain_of(scratch, i), 0), scene, integrator, frame, 0, reuse, scratch, NOW)
+    side = TILE
+    if reuse.pattern == PAIRS:
+        side = block_of(reuse.radius)
+        draw_masks(scratch + WORK_MASKS, reuse.seed, turn, count, side)
+    for top in range(y0 - y0 % side, y1, side):
+        for left in range(x0 - x0 % side, x1, side):
+            block = max(left, x0), max(top, y0), min(left + side, x1), min(top + side, y1)
+            _reuse_in_block(frame, reuse, scratch, start, to, block, turn, count, pairs, last)
+
+
+@inlined
+def _reuse_in_block(frame, reuse, scratch, start, to, block, turn, count, pairs, last):
+    """The round for the pixels of a block (x0, y0, x1, y1), which PAIRS exchange samples in."""
+    x0, y0, x1, y1 = block
     if reuse.pattern == PAIRS:
         for y in range(y0, y1):
             for x in range(x0, x1):
-                at = _pairs_of(pairs, count, x, y, x0, y0, x1)
-                _shift_partners(frame, reuse, scratch, start, x, y, turn, count, at)
+                _shift_partners(frame, reuse, scratch, start, x, y, count, _pairs_of(pairs, count, x, y, x0, y0, x1))
     for y in range(y0, y1):
         for x in range(x0, x1):
             pixel = y * frame.width + x
@@ -65,7 +81,7 @@ def spatial_tile(
             put_canonical(frame, scratch, pixel, start + RESERVOIR_BYTES * pixel)
             key = rng.key(reuse.seed, x, y, STREAM + 16 * turn)
             if reuse.pattern == PAIRS:
-                n = _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0, x1, y1)
+                n = _put_partners(frame, reuse, scratch, start, x, y, count, pairs, x0, y0, x1, y1)
             else:
                 n = _put_neighbours(frame, reuse, scratch, start, x, y, key, count)
             if reuse.mis == BALANCE:
@@ -76,7 +92,7 @@ def spatial_tile(
 
 @inlined
 def _pairs_of(pairs, count, x, y, x0, y0, x1):
-    """The address of SHIFTED [count] of a pixel of the tile."""
+    """The address of SHIFTED [count] of a pixel of the block."""
     return pairs + SHIFTED_BYTES * count * ((y - y0) * (x1 - x0) + x - x0)
 
 
@@ -88,8 +104,8 @@ def _has_domain(frame, start, pixel):
 
 @inlined
 def _suits(frame, reuse, start, pixel, x, y):
-    """Whether the pixel (x, y) is on the film and shows a surface like that of `pixel`, another one; symmetric."""
-    if x < 0 or y < 0 or x >= frame.width or y >= frame.height or y * frame.width + x == pixel:
+    """Whether the pixel (x, y) is in the frame and shows a surface like that of `pixel`, another one; symmetric."""
+    if x < frame.left or y < frame.bottom or x >= frame.right or y >= frame.top or y * frame.width + x == pixel:
         return False
     sp = point_at(frame, pixel)
     op = point_at(frame, y * frame.width + x)
@@ -122,16 +138,15 @@ def _put_neighbours(frame, reuse, scratch, start, x, y, key, count):
 
 
 @device
-def _shift_partners(frame, reuse, scratch, start, x, y, turn, count, shifted):
+def _shift_partners(frame, reuse, scratch, start, x, y, count, shifted):
     """Shift the samples of a pixel's partners to it: SHIFTED [count] at the address `shifted`."""
     pixel = y * frame.width + x
     if not _has_domain(frame, start, pixel):
         return
-    block = block_of(reuse.radius)
     for index in range(count):
-        mx, my = pair_mask(reuse.seed, turn, index, count, block)
-        if _suits(frame, reuse, start, pixel, x ^ mx, y ^ my):
-            other = (y ^ my) * frame.width + (x ^ mx)
+        px, py = partner(scratch + WORK_MASKS, index, x, y)
+        if _suits(frame, reuse, start, pixel, px, py):
+            other = py * frame.width + px
             domain_at(domain_of(scratch, 0), 0).pixel = pixel
             domain_at(domain_of(scratch, 1), 0).pixel = other
             at = start + RESERVOIR_BYTES * other
@@ -139,14 +154,12 @@ def _shift_partners(frame, reuse, scratch, start, x, y, turn, count, shifted):
 
 
 @device
-def _put_partners(frame, reuse, scratch, start, x, y, turn, count, pairs, x0, y0, x1, y1):
+def _put_partners(frame, reuse, scratch, start, x, y, count, pairs, x0, y0, x1, y1):
     """Put partners' samples into the table, and what the pixel's own is worth to them; the number of candidates."""
     pixel = y * frame.width + x
-    block = block_of(reuse.radius)
     n = 1
     for index in range(count):
-        mx, my = pair_mask(reuse.seed, turn, index, count, block)
-        px, py = x ^ mx, y ^ my
+        px, py = partner(scratch + WORK_MASKS, index, x, y)
         if not _suits(frame, reuse, start, pixel, px, py):
             continue
         domain_at(domain_of(scratch, n), 0).pixel = py * frame.width + px

@@ -32,6 +32,7 @@ from .options import OF_NOW, REUSE
 from .resample import needs_from
 from .reservoir import RESERVOIR_BYTES, clear, reservoir_at
 from .technique import BEFORE, NOW, domain_at, set_domain, shift
+from .vertex import let_go
 
 STREAM = 1
 DIM_CHOICE = 1
@@ -50,6 +51,7 @@ def temporal_tile(
     """
     scene, camera = tile_scene(scene, scratch, 0), tile_camera(camera, scratch, 0)
     scene_before, camera_before = tile_scene(scene_before, scratch, 1), tile_camera(camera_before, scratch, 1)
+    let_go(scratch)
     links = record_address(motion)
     now = domain_at(domain_of(scratch, 0), 0)
     then = domain_at(domain_of(scratch, 1), 0)

@@ -4,6 +4,10 @@ Light tiles find the lights that matter among many and the bright parts of a pic
 the light is behind walls, they bring nothing for the time they take. All WAYS have the same mean. Before a render each
 draws a few samples of a small picture of the scene, and the render is of the one with the least noise in the same time.
 The choice depends on these samples and on what ways are known to cost, not on a clock: a seed gives one picture.
+
+Whole paths that neighbors share (`REUSED`) are noise of another kind, in blocks, and it depends on how near neighbors
+are: they are tried in blocks of the picture itself, beside PATH, and taken where they gain by a MARGIN. What they cost
+follows from how many vertices, shifts and replayed bounces there are (techniques.path.work).
 """
 
 from __future__ import annotations
@@ -25,16 +29,21 @@ from ...film import Film
 from ...kernels.core.jit import begin
 from ...kernels.core.records import SCENE_HAS_SUBSURFACE, SCENE_HAS_VARYING_MEDIA
 from ...scene.camera import Camera
+from ...scene.light_tiles import has_choice
 from ...scene.scene import Scene
 from ...settings import RenderSettings, required_passes
-from ..base import Integrator, Stage
+from ..base import Integrator, Stage, Tile
 from ..path.integrator import PathIntegrator
 from ..path.tile import render_tile
 from ..resampling.history import History
+from ..resampling.spatial import spatial_tile
 from ..techniques.direct.candidates import candidates_tile
+from ..techniques.path.shift import shift_path
+from ..techniques.path.work import RAYS, SHIFTS, VERTICES, work_done
 from ..techniques.subsurface.layer import resamples_subsurface
 from .gbuffer import gbuffer_tile
 from .integrator import RestirIntegrator
+from .paths import PathSteps, resamples_paths
 from .shade import shade_tile
 
 log = logging.getLogger(__name__)
@@ -59,6 +68,19 @@ WAYS = (
     Way("light tiles, fewer samples", RestirIntegrator, {"light_samples": 1, "exit_lights": 1}, 1.8, 1.4),
 )
 
+REUSED = Way(
+    "whole paths",
+    RestirIntegrator,
+    {"paths": "WHOLE", "rounds": 3, "neighbours": 4, "light_samples": 1, "light_candidates": 0},
+    math.nan,
+    math.nan,
+)
+# Its time by PATH's is 1 + (OVERHEAD + Σ WORK × counts) / vertices, within a fifth of what was measured in ten rooms.
+OVERHEAD, SHIFT_WORK, RAY_WORK = 1.7, 0.8, 0.6
+MARGIN = 0.7
+BLOCKS, BLOCK = 24, 8  # in which whole paths are tried, and their side in pixels
+LONG = 4e6  # samples of all pixels of a render for which that is worth the while
+
 FIRST_KERNELS = [render_tile]  # what a render needs where nothing is reused, which is the default
 
 # Noise is that of means of BATCH samples: they are stratified, some ways gain more by it than others.
@@ -81,24 +103,54 @@ def integrator_of(
     resamples = reuse.temporal or reuse.rounds or resamples_subsurface(context.scene, settings)
     if not reuse.pilot or resamples or "Visibility Estimate" in settings.passes:
         return RestirIntegrator(context, settings, film, history)
-    if not has_choice(context.scene):
-        return PathIntegrator(context, settings, film)
-    walks = context.scene.record["flags"] & SCENE_HAS_SUBSURFACE
-    costs = [way.with_walks if walks else way.cost for way in WAYS]
-    affordable = film.width * film.height * len(settings.sample_range)
+    walks = bool(context.scene.record["flags"] & SCENE_HAS_SUBSURFACE)
+    trial = replace(settings, seed=settings.seed ^ TRIAL_SEED)
+    chosen, worth = WAYS[0], 1.0
+    if has_choice(context.scene):
+        chosen, worth = _best(context, trial, _samples(film, settings, settings.share, walks), walks)
+        if chosen is None:
+            return RestirIntegrator(context, settings, film, history)
+    # Parts of a render, which take a share of its samples, choose alike.
+    if _samples(film, settings, 1.0, walks) >= LONG and not walks and can_reuse(context, settings):
+        begin([gbuffer_tile, *PathSteps.kernels, spatial_tile, shift_path])  # while PATH's is waited for
+        reused = worth_of_reuse(context, trial)
+        log.debug("Noise × time by path tracing's: %s %.3g, %s %.3g", chosen.name, worth, REUSED.name, reused)
+        chosen = REUSED if reused < MARGIN * worth else chosen
+    return chosen.kind(context, _with(settings, chosen), film)
+
+
+def _samples(film: Film, settings: RenderSettings, share: float, walks: bool) -> float:
+    """About how many samples of all pixels a share of the render has, by its samples and its time limit."""
+    found = film.width * film.height * settings.samples
     if settings.time_limit:
-        seconds = settings.share * settings.time_limit
-        affordable = min(affordable, CORES * seconds / (SAMPLE_WITH_WALKS if walks else SAMPLE))
+        found = min(found, CORES * settings.time_limit / (SAMPLE_WITH_WALKS if walks else SAMPLE))
+    return share * found
+
+
+def _best(context: FrameContext, settings: RenderSettings, affordable: float, walks: bool) -> tuple[Way | None, float]:
+    """The best of WAYS, and its noise × time by PATH's; None where there are too few samples to try them."""
+    costs = [way.with_walks if walks else way.cost for way in WAYS]
     pixels = min(MOST, int(SHARE * affordable / (BATCH * BATCHES * sum(costs))))
     if pixels < FEWEST:
-        return RestirIntegrator(context, settings, film, history)
+        return None, 1.0
     begin([gbuffer_tile, candidates_tile, shade_tile])  # while PATH's is waited for
     small = FrameContext(context.scene, smaller(context.camera, pixels))
-    noises = compare(small, replace(settings, seed=settings.seed ^ TRIAL_SEED))
-    worth = [noise * cost for noise, cost in zip(noises, costs, strict=True)]
-    log.debug("Noise × time: %s", ", ".join(f"{way.name} {x:.3g}" for way, x in zip(WAYS, worth, strict=True)))
-    chosen = WAYS[worth.index(min(worth))]
-    return chosen.kind(context, _with(settings, chosen), film)
+    worths = [noise * cost for noise, cost in zip(compare(small, settings), costs, strict=True)]
+    log.debug("Noise × time: %s", ", ".join(f"{way.name} {x:.3g}" for way, x in zip(WAYS, worths, strict=True)))
+    least = min(worths)
+    return WAYS[worths.index(least)], least / worths[0] if worths[0] > 0.0 else 1.0
+
+
+def can_reuse(context: FrameContext, settings: RenderSettings) -> bool:
+    """Whether whole paths can be reused, and the picture has room for blocks; none that is to be denoised.
+
+    Denoisers take what neighbors share for a part of the picture: twice the error that they leave of PATH.
+    """
+    scene, camera = context.scene, context.camera
+    if settings.use_denoising or any(name.startswith("Denoising") for name in settings.passes):
+        return False
+    still = not scene.record["shutter"] and not camera.texels and min(camera.film_size) >= 4 * BLOCK
+    return still and resamples_paths(_with(settings, REUSED).reuse, scene)
 
 
 def _without_reuse(settings: RenderSettings, scene: Scene) -> RenderSettings:
@@ -107,12 +159,6 @@ def _without_reuse(settings: RenderSettings, scene: Scene) -> RenderSettings:
     if reuse.temporal or reuse.rounds or resamples_subsurface(scene, settings):
         scene.warnings.add("Render", "Reuse", "is off, as there are volumes that vary in space")
     return replace(settings, sss_shift="NONE", reuse=replace(reuse, temporal=False, rounds=0))
-
-
-def has_choice(scene: Scene) -> bool:
-    """Whether there is anything to choose among: more than one lamp, luminous meshes, a world that is sampled."""
-    lights = scene.lights.record
-    return scene.record["n_lights"] > 1 or lights["triangles"] > 0.0 or lights["world"] > 0.0
 
 
 def smaller(camera: Camera, pixels: int) -> Camera:
@@ -129,30 +175,67 @@ def smaller(camera: Camera, pixels: int) -> Camera:
 def compare(context: FrameContext, settings: RenderSettings) -> list[float]:
     """The noise of each of WAYS in a picture: variance over (mean² + 0.01), without the worst 0.1 % of the pixels."""
     width, height = context.camera.film_size
-    means = []
-    threads = settings.threads or os.cpu_count() or 1
-    scratch = deque(Integrator.scratch() for _ in range(threads))
-    with ThreadPoolExecutor(threads) as pool:
-        for way in WAYS:
-            film = Film(width, height, required_passes(frozenset(), False))
-            integrator = way.kind(context, _with(settings, way), film)
-            integrator.prepare()
-            means.append(np.stack([_mean(integrator, film, BATCH * k, pool, scratch) for k in range(BATCHES)]))
+    rows = [height * k // STRIPS for k in range(STRIPS + 1)]
+    strips = [(0, low, width, high) for low, high in pairwise(rows) if high > low]
+    tried = [_tried(context, settings, way, strips) for way in WAYS]
+    means = [np.concatenate(means, 1) for means, _ in tried]
     mean = _blurred(np.concatenate(means).mean(0))
     return [_noise(each, mean) for each in means]
+
+
+def worth_of_reuse(context: FrameContext, settings: RenderSettings) -> float:
+    """Noise × time of REUSED by that of PATH, in some blocks of the picture."""
+    (path, _), (reused, work) = (_tried(context, settings, way, blocks(context.camera)) for way in (WAYS[0], REUSED))
+    means = [_blurred(np.concatenate(pair).mean(0)) for pair in zip(path, reused, strict=True)]
+    mean, path, reused = np.concatenate(means), np.concatenate(path, 1), np.concatenate(reused, 1)
+    noise = _noise(path, mean)
+    if not noise > 0.0 or not work[VERTICES]:
+        return 1.0
+    samples = BATCH * BATCHES * path.shape[1] * path.shape[2]
+    more = OVERHEAD * samples + SHIFT_WORK * work[SHIFTS] + RAY_WORK * work[RAYS]
+    return _noise(reused, mean) / noise * (1.0 + more / work[VERTICES])
+
+
+def blocks(camera: Camera) -> list[Tile]:
+    """BLOCKS of a picture in which pixels share paths, spread evenly."""
+    width, height = (n // BLOCK for n in camera.film_size)
+    across = max(round(math.sqrt(BLOCKS * width / height)), 1)
+    down = max(BLOCKS // across, 1)
+    key = np.random.default_rng(TRIAL_SEED)
+    found = {}
+    for row in range(down):
+        for column in range(across):
+            u, v = key.random(2)
+            x, y = int((column + u) * width / across), int((row + v) * height / down)
+            found[x, y] = (BLOCK * x, BLOCK * y, BLOCK * x + BLOCK, BLOCK * y + BLOCK)
+    return list(found.values())
+
+
+def _tried(
+    context: FrameContext, settings: RenderSettings, way: Way, tiles: list[Tile]
+) -> tuple[list[np.ndarray], np.ndarray]:
+    """Means of BATCH samples of some tiles by a way, each (BATCHES, height, width, 3), and the work counted."""
+    threads = settings.threads or os.cpu_count() or 1
+    scratch = deque(Integrator.scratch() for _ in range(threads))
+    film = Film(*context.camera.film_size, required_passes(frozenset(), False))
+    integrator = way.kind(context, _with(settings, way), film)
+    integrator.prepare()
+    with ThreadPoolExecutor(threads) as pool:
+        batches = [_means(integrator, film, BATCH * k, tiles, pool, scratch) for k in range(BATCHES)]
+    return [np.stack(of_tile) for of_tile in zip(*batches, strict=True)], sum(work_done(each) for each in scratch)
 
 
 def _with(settings: RenderSettings, way: Way) -> RenderSettings:
     return replace(settings, reuse=replace(settings.reuse, **way.changes))
 
 
-def _mean(
-    integrator: Integrator, film: Film, first_sample: int, pool: ThreadPoolExecutor, scratch: deque
-) -> np.ndarray:
-    """The mean of BATCH samples, (height, width, 3); scratch: working memory of as many threads as the pool has."""
-    film.pixels[:] = 0.0
-    rows = [film.height * k // STRIPS for k in range(STRIPS + 1)]
-    strips = [(0, low, film.width, high) for low, high in pairwise(rows) if high > low]
+def _means(
+    integrator: Integrator, film: Film, first_sample: int, tiles: list[Tile], pool: ThreadPoolExecutor, scratch: deque
+) -> list[np.ndarray]:
+    """The mean of BATCH samples in each tile, (height, width, 3); scratch: working memory of the pool's threads."""
+    pictures = [film.pixels[y0:y1, x0:x1] for x0, y0, x1, y1 in tiles]
+    for picture in pictures:
+        picture[:] = 0.0
 
     def run(stage: Stage, item: tuple) -> None:
         memory = scratch.pop()
@@ -162,9 +245,10 @@ def _mean(
     step = min(BATCH, integrator.max_batch)
     for sample in range(first_sample, first_sample + BATCH, step):
         for stage in integrator.stages(sample, step):
-            list(pool.map(partial(run, stage), strips if stage.items is None else stage.items))
+            list(pool.map(partial(run, stage), tiles if stage.items is None else stage.items))
             stage.finish()
-    return film.sums("Combined")[..., :3] / BATCH
+    sums = film.sums("Combined")
+    return [sums[y0:y1, x0:x1, :3] / BATCH for x0, y0, x1, y1 in tiles]
 
 
 def _noise(means: np.ndarray, mean: np.ndarray) -> float:

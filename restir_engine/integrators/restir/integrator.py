@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 
 from ...context import FrameContext
 from ...film import Film
+from ...kernels.core.direct import Direct
 from ...kernels.core.memory import address
 from ...kernels.lights.tiles import fill_tiles
-from ...scene.light_tiles import LightTiles, tile_count
+from ...scene.light_tiles import LightTiles, has_choice, tile_count
 from ...settings import RenderSettings, carries_visibility
 from ..base import Integrator, Stage, Tile
 from ..resampling.frame import Frame
@@ -27,6 +29,7 @@ from .paths import PathSteps, resamples_paths
 from .shade import film_tile, shade_tile
 from .tile_frames import TileFrames
 
+GBUFFER, CANDIDATES, SHADE, FILM = map(Direct, (gbuffer_tile, candidates_tile, shade_tile, film_tile))
 MOST_FRAMES = 16  # of a batch, where a frame is not kept whole
 
 
@@ -50,14 +53,19 @@ class RestirIntegrator(Integrator):
         kept = (options, settings.sss_shift, settings.sss_method)
         if history is None or not history.serves(kept):
             history = History(kept)
-        count = tile_count(film.width * film.height)
-        variates = not film.has_light_groups  # they are the light of several at once
-        tiles = LightTiles(context.scene, count, candidates=options.light_candidates, control_variates=variates)
+        is_whole = resamples_paths(options, context.scene)
+        tiles = None
+        if not is_whole or (options.light_candidates and has_choice(context.scene)):
+            candidates = max(options.light_candidates, 1)
+            variates = not film.has_light_groups  # they are the light of several at once
+            count = tile_count(film.width * film.height)
+            tiles = LightTiles(context.scene, count, candidates=candidates, control_variates=variates)
         super().__init__(context.with_tiles(tiles), settings, film)
-        self._later = self.context if options.later_tiles else context  # for all but the vertex that is resampled
+        later = self.context if options.later_tiles else context  # for all but the vertex that is resampled
+        self._later = later.address, later.camera_address, address(self.record), self.film.address
         self.history = history
         groups = int(film.record["light_groups"])
-        self.paths = PathSteps(self.record, groups) if resamples_paths(options, context.scene) else None
+        self.paths = PathSteps(self.record, groups) if is_whole else None
         self.reuse = Reuse(options, self.paths.technique if self.paths else direct_technique(options))
         below = resamples_subsurface(context.scene, settings) and not self.paths
         self.subsurface = SubsurfaceLayer(settings) if below else None
@@ -67,7 +75,7 @@ class RestirIntegrator(Integrator):
         shape = {"reservoir": reservoir, "layers": len(self.reuse.records), "indirect": self.paths is not None}
         shape["light_groups"] = context.scene.light_groups if film.has_light_groups else None
         self._frame_of = partial(Frame, channels=film.pixels.shape[2], **shape)
-        whole = options.temporal or options.rounds or self.subsurface or self._shows_visibility or self.cache
+        whole = not self.reuse.block or self.subsurface or self._shows_visibility or self.cache
         self.frame = self._new_frame() if whole else None
         if not whole:
             self.max_batch = MOST_FRAMES
@@ -96,38 +104,39 @@ class RestirIntegrator(Integrator):
         reuse = self.reuse.stages(self.context, self.record, self.frame, self.history, self._frame_seed(first_sample))
         last = LAST_OF_FRAME if self.reuse.settings.temporal else LAST
         frame = self.frame
-        candidates, shade = partial(self._candidates, 0 if reuse else last, frame), partial(self._shade, frame)
-        if self.paths:
-            candidates = partial(self.paths.candidates, not reuse, self, frame)
-            shade = partial(self.paths.light, self, frame)
         below = self._subsurface_stages(first_sample) if self.subsurface else []
-        steps = [self._fill(first_sample), Stage(partial(self._gbuffer, first_sample, frame)), Stage(candidates)]
         return [
-            *steps,
+            *self._fill(first_sample),
+            Stage(partial(self._gbuffer, first_sample, frame)),
+            Stage(partial(self._candidates, 0 if reuse else last, frame)),
             *reuse,
             *below,
-            Stage(shade),
+            Stage(partial(self._shade, frame)),
             Stage(partial(self._film, first_sample, frame), finish=self._finish),
         ]
 
     def _by_tiles(self, sample: int) -> list[Stage]:
         """The steps of a frame, those of each tile one after the other."""
-        return [self._fill(sample), Stage(partial(self._whole_tile, sample), finish=self.end_batch)]
+        reuse = self.reuse.within_tile(self.context, self.record, self._frame_seed(sample))
+        return [*self._fill(sample), Stage(partial(self._whole_tile, sample, reuse), finish=self.end_batch)]
 
-    def _whole_tile(self, sample: int, tile: Tile, scratch: np.ndarray) -> None:
+    def _whole_tile(self, sample: int, reuse: Callable, tile: Tile, scratch: np.ndarray) -> None:
         with self._tile_frames.at(tile) as frame:
             self._gbuffer(sample, frame, tile, scratch)
-            self._candidates(LAST, frame, tile, scratch)
+            self._candidates(0 if self.reuse.settings.rounds else LAST, frame, tile, scratch)
+            reuse(frame, tile, scratch)
             self._shade(frame, tile, scratch)
             self._film(sample, frame, tile, scratch)
 
     def _frame_seed(self, sample: int) -> int:
         return frame_seed(self._seed, sample)
 
-    def _fill(self, sample: int) -> Stage:
-        """The step that draws the points of all light tiles."""
+    def _fill(self, sample: int) -> list[Stage]:
+        """The step that draws the points of all light tiles, where there are any."""
+        if not self.context.tiles:
+            return []
         tiles = [(tile, tile + 1) for tile in range(self.context.tiles.count)]
-        return Stage(partial(self._fill_tiles, self._frame_seed(sample)), tiles)
+        return [Stage(partial(self._fill_tiles, self._frame_seed(sample)), tiles)]
 
     def _subsurface_stages(self, sample: int) -> list[Stage]:
         """Candidates and reuse of subsurface light."""
@@ -158,29 +167,29 @@ class RestirIntegrator(Integrator):
         self.context.fill_tiles(seed, scratch, *tiles)
 
     def _gbuffer(self, sample: int, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
-        context = self._later
         place = tile if self.frame else (0, 0, tile[2] - tile[0], tile[3] - tile[1])
         closures = 0
         while True:
             pool = frame.pool(place, closures)
-            closures = gbuffer_tile(
-                context.record, context.camera_record, self.record[0], self.film.record, frame.record, address(pool),
-                len(pool), address(scratch), *tile, sample,
-            )  # fmt: skip
+            closures = GBUFFER(*self._later, frame.address, address(pool), len(pool), address(scratch), *tile, sample)
             if closures <= len(pool):
                 return
 
     def _candidates(self, last: int, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
-        reuse = self.reuse.records
-        layers = address(reuse), len(reuse)
-        candidates_tile(self.context.record, self.record[0], *layers, frame.record, address(scratch), *tile, last)
+        if self.paths:
+            self.paths.candidates(last, self, frame, tile, scratch)
+            return
+        layers = address(self.reuse.records), len(self.reuse.records)
+        args = self.context.address, address(self.record), *layers, frame.address, address(scratch)
+        CANDIDATES(*args, *tile, last)
 
     def _shade(self, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
-        context = self._later
-        args = (context.record, context.camera_record, self.record[0], self.film.record, frame.record)
+        if self.paths:
+            self.paths.light(self, frame, tile, scratch)
+            return
         companion = (frame.companion.address, *self.subsurface.shading) if self.subsurface else (0, 0, 0)
-        shade_tile(*args, address(scratch), self.reuse.settings.exit_lights, *companion, *tile)
+        SHADE(*self._later, frame.address, address(scratch), self.reuse.settings.exit_lights, *companion, *tile)
 
     def _film(self, sample: int, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
-        film_tile(self.film.record, frame.record, *tile)
+        FILM(self.film.address, frame.address, *tile)
         self.add_catchers(tile, scratch, sample, 1)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...kernels.core.direct import Direct
 from ...kernels.core.memory import address
 from ...kernels.core.records import SCENE_HAS_MEDIA
 from ...reuse_settings import ReuseSettings
@@ -18,6 +19,8 @@ from ..techniques.path.trace import paths_tile
 
 if TYPE_CHECKING:
     from .integrator import RestirIntegrator
+
+PATHS, LIGHT = Direct(paths_tile), Direct(light_tile)
 
 
 def resamples_paths(options: ReuseSettings, scene: Scene) -> bool:
@@ -47,14 +50,12 @@ class PathSteps:
         self._unclamped = record.copy()
         self._unclamped["clamp_direct"] = self._unclamped["clamp_indirect"] = np.inf
 
-    def candidates(self, last: bool, own: RestirIntegrator, frame: Frame, tile, scratch: np.ndarray) -> None:
-        """Follow the paths of a tile for an integrator; last: whether no reuse follows."""
+    def candidates(self, last: int, own: RestirIntegrator, frame: Frame, tile, scratch: np.ndarray) -> None:
+        """Follow the paths of a tile for an integrator; last: not 0 where no reuse follows."""
         context = own.context
-        args = (context.record, context.camera_record, own.record[0], own.film.record, frame.record)
-        paths_tile(
-            *args, address(own.reuse.records), int(self.technique[0]["taker"]), address(scratch), *tile, int(last)
-        )
+        args = (context.address, context.camera_address, address(own.record), own.film.address, frame.address)
+        PATHS(*args, address(own.reuse.records), int(self.technique[0]["taker"]), address(scratch), *tile, last)
 
     def light(self, own: RestirIntegrator, frame: Frame, tile, scratch: np.ndarray) -> None:
         """Light the pixels of a tile by what is left of them."""
-        light_tile(self._unclamped[0], own.film.record, frame.record, address(scratch), *tile)
+        LIGHT(address(self._unclamped), own.film.address, frame.address, address(scratch), *tile)

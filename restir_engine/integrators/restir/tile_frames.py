@@ -37,7 +37,7 @@ class TileFrames:
             frame = None
         if frame is None or frame.points.shape[0] < height or frame.points.shape[1] < width:
             frame = self._new(width, height, mean_visibilities=np.zeros((height, width, 4), np.float32))
-        frame.place(x0, y0)
+        frame.place(tile)
         known = self._mean_visibilities[y0:y1, x0:x1]
         own = frame.mean_visibilities[:height, :width]
         own[:] = known

@@ -10,7 +10,18 @@ from ..core.jit import entry, inlined
 from ..core.memory import load_f32, load_f64, load_i64, load_u32, store_f32, store_f64, store_i64, store_u32
 from ..core.records import SCRATCH_LEAVING, SCRATCH_RAY, SCRATCH_SHADOW_RAY
 from ..core.vec import dot, madd, vec
-from .intersect import CONTEXT, FIRST_OWN, INVALID, complete, put_filter, put_ray, rtc_intersect1, rtc_occluded1, start
+from .intersect import (
+    CONTEXT,
+    FIRST_OWN,
+    INVALID,
+    complete,
+    occluded,
+    put_filter,
+    put_ray,
+    rtc_intersect1,
+    rtc_occluded1,
+    start,
+)
 
 _INSTANCE, _UNTIL = FIRST_OWN, FIRST_OWN + 1  # in the context that the filter is given
 _MARGIN, _GRAZING = 2.5, 1e-2  # of the position's error, and the least cosine that it is divided by
@@ -57,7 +68,16 @@ def trace_leaving(scene, scratch, o, d, before, tmax, mask, instance):
 
 
 @inlined
-def occluded_leaving(scene, scratch, o, d, before, tmax, mask, instance):
+def occluded_from(scene, scratch, sp, o, d, tmax, mask):
+    """As `occluded`, of a ray from o on the surface sp, whatever that touches there."""
+    before = run_up(sp, d)
+    if before > 0.0:
+        return _occluded_leaving(scene, scratch, o, d, before, tmax, mask, sp.instance)
+    return occluded(scene, scratch, o, d, tmax, mask)
+
+
+@inlined
+def _occluded_leaving(scene, scratch, o, d, before, tmax, mask, instance):
     """As `occluded`, of a ray that begins so far before its origin and leaves an instance."""
     ray = scratch + SCRATCH_SHADOW_RAY
     put_ray(ray, madd(o, d, -before), d, 0.0, tmax + before, mask, scene.time)

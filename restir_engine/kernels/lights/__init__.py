@@ -13,12 +13,13 @@ A lamp neither blocks nor deflects rays: one that hits a lamp goes on behind it.
 """
 
 from .choice import note_choice
-from .evaluate import light_radiance, lights_intersect, sun_next, world_pdf
-from .points import light_point, point_of_lamp, point_of_sample
-from .sample import light_is_sampled, light_sample
+from .evaluate import drawn_pdf, light_radiance, lights_intersect, sun_next, world_pdf
+from .points import light_point, point_of_lamp, point_of_sample, point_pdf_of
+from .sample import light_is_sampled, light_sample, samples_tiles
 from .triangle import triangle_pdf
 
 __all__ = [
+    "drawn_pdf",
     "light_is_sampled",
     "light_point",
     "light_radiance",
@@ -27,6 +28,8 @@ __all__ = [
     "note_choice",
     "point_of_lamp",
     "point_of_sample",
+    "point_pdf_of",
+    "samples_tiles",
     "sun_next",
     "triangle_pdf",
     "world_pdf",

@@ -5,6 +5,7 @@ from ..core.memory import call_entry, load_f64, load_i64, record_address
 from ..core.records import (
     LIGHT_AREA,
     LIGHT_HITTABLE,
+    LIGHT_SUN,
     RAY_CAMERA,
     light_at,
     light_sample_in,
@@ -13,12 +14,15 @@ from ..core.records import (
     world_table_at,
 )
 from ..core.vec import dot, load3_f64, mul, put, scale, sub, vec
-from .area import area_density, intersect_area
-from .ball import intersect_ball
+from ..geometry.surface import surface_point
+from .area import area_density, area_pdf, intersect_area
+from .ball import ball_pdf, intersect_ball
+from .choice import note_choice
 from .emission import off_surface, run_emission, shadow_point, visible_to
 from .entries import DENSITY, SEE, WORLD
 from .select import lamp_probability, lamp_share
-from .sun import in_sun
+from .sun import in_sun, sun_pdf
+from .triangle import triangle_pdf
 from .world import world_density
 
 
@@ -134,3 +138,24 @@ def world_pdf(scene, scratch, sp, o, d):
     put(ls.wi, d)
     call_entry(load_i64(table.entries, WORLD), record_address(scene), record_address(sp), scratch, DENSITY, 0)
     return share * ls.pdf
+
+
+@device
+def drawn_pdf(scene, scratch, sp):
+    """light_sample's mis_pdf at sp for the LIGHT_SAMPLE of light_point, of a light with a size; not of tiles."""
+    note_choice(scene, sp)
+    ls = light_sample_in(scratch)
+    o, d, t = vec(sp.p), vec(ls.wi), float(ls.distance)
+    if ls.light >= 0:
+        light = light_at(scene.lights, ls.light)
+        chosen = sp.light_shares[0] * lamp_probability(scene, o, vec(sp.receiver), sp.receiver_set, ls.light)
+        if light.kind == LIGHT_AREA:
+            return chosen * area_pdf(light, o, d, t)
+        return chosen * (sun_pdf(light) if light.kind == LIGHT_SUN else ball_pdf(light, o, d, t))
+    if ls.primitive < 0:
+        return world_pdf(scene, scratch, sp, o, d)
+    point = shadow_point(scratch, sp)
+    surface_point(scene, point, ls.instance, ls.primitive, float(ls.uv[0]), float(ls.uv[1]), t, d)
+    put(point.receiver, vec(sp.receiver))
+    put(point.light_shares, vec(sp.light_shares))
+    return triangle_pdf(scene, point, o)

@@ -18,7 +18,7 @@ receiver to another with the same four numbers has Jacobian 1 in this measure, a
 measure of points (1 for a lamp without size), thus
 
     integrand                       BSDF(ls.wi) ls.radiance / ls.pdf
-    density of a light_sample       its ls.pdf / this ls.pdf
+    density of a light_sample       its ls.pdf / this ls.pdf, which is `point_pdf_of` it
     density of a BSDF sample        its pdf / this ls.pdf; 0 for lamps without size (LIGHT_SAMPLE_DELTA)
 """
 
@@ -26,6 +26,7 @@ from ..core.jit import device
 from ..core.memory import call_entry, load_i64, record_address
 from ..core.records import (
     LIGHT_AREA,
+    LIGHT_DELTA,
     LIGHT_SUN,
     POINT_ON_LAMP,
     POINT_ON_WORLD,
@@ -35,11 +36,12 @@ from ..core.records import (
 )
 from ..core.vec import madd, vec
 from ..core.warp import octahedral
-from .area import area_uv
-from .ball import ball_coordinates
+from .area import area_density, area_uv
+from .ball import ball_coordinates, ball_pdf
 from .entries import PLACE, TRIANGLE, WORLD
 from .sample import complete_sample
-from .sun import sun_coordinates
+from .sun import sun_coordinates, sun_pdf
+from .triangle import even_density
 
 
 @device
@@ -83,6 +85,22 @@ def point_of_sample(scene, sp, ls):
         return ls.instance, ls.primitive, float(ls.uv[0]), float(ls.uv[1])
     u, v = octahedral(vec(ls.wi))
     return 0, POINT_ON_WORLD, u, v
+
+
+@device
+def point_pdf_of(scene, sp, ls):
+    """What light_point would leave in ls.pdf for a LIGHT_SAMPLE that light_sample filled for sp."""
+    o, d = vec(sp.p), vec(ls.wi)
+    if ls.light >= 0:
+        light = light_at(scene.lights, ls.light)
+        if light.flags & LIGHT_DELTA:
+            return 1.0
+        if light.kind == LIGHT_AREA:
+            return area_density(light, d, ls.distance)
+        return sun_pdf(light) if light.kind == LIGHT_SUN else ball_pdf(light, o, d, ls.distance)
+    if ls.primitive >= 0:
+        return even_density(scene, ls.instance, ls.primitive, vec(ls.p), o)
+    return 1.0
 
 
 @device

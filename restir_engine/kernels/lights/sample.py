@@ -76,6 +76,12 @@ def light_is_sampled(scene):
     return table.lamps + table.triangles + table.world > 0.0
 
 
+@inlined
+def samples_tiles(scene):
+    """Whether light samples come from tiles."""
+    return scene.light_table != 0 and light_table_at(scene.light_table, 0).tiles != 0
+
+
 @device
 def light_sample(scene, sp, scratch, u0, u1, u2):
     """Choose a light and a point or direction on it for sp.p, and fill the LIGHT_SAMPLE in scratch.

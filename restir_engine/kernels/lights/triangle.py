@@ -251,6 +251,14 @@ def place_triangle(scene, sp, scratch, instance, primitive, u, v, ls):
 
 
 @device
+def even_density(scene, instance, primitive, p, o):
+    """The density by solid angle at o of points uniform by area of a triangle, of its point p."""
+    a, b, c = triangle_vertices(scene, instance, primitive)
+    d, t2 = _towards(p, o)
+    return _area_density(t2, dot(d, cross(sub(b, a), sub(c, a))))
+
+
+@device
 def place_even(scene, sp, instance, primitive, u, v, p, n, size, radiance, ls):
     """`place_triangle` where all is known: the point, its radiance, the unit normal n and twice the area."""
     d, t2 = _towards(p, vec(sp.p))

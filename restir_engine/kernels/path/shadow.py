@@ -12,7 +12,7 @@ from ..core.records import (
 )
 from ..core.vec import length, max3, mul, scale, sub, vec
 from ..geometry.intersect import intersect, occluded
-from ..geometry.leaving import occluded_leaving, run_up
+from ..geometry.leaving import occluded_from
 from ..geometry.surface import shadow_origin, surface_point
 from ..lights.linking import opaque_blockers, transparent_blockers
 from ..shading.interpreter import shader_eval
@@ -44,9 +44,8 @@ def transmittance(scene, integrator, scratch, path, sp, wi, distance, target):
         d = scale(d, 1.0 / tmax)
         tmax *= 1.0 - 2.0e-5
     mask = opaque_blockers(light_sample_in(scratch).blockers)
-    before = run_up(sp, d) if sp.instance >= 0 else 0.0
-    if before > 0.0:
-        is_dark = occluded_leaving(scene, scratch, o, d, before, tmax, mask, sp.instance)
+    if sp.instance >= 0:
+        is_dark = occluded_from(scene, scratch, sp, o, d, tmax, mask)
     else:
         is_dark = occluded(scene, scratch, o, d, tmax, mask)
     if is_dark:

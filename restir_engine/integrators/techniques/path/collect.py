@@ -3,15 +3,15 @@
 A sample is the light of one technique at one length: a light sample at vertex n, or what the ray from there finds. So
 samples share no light and need no MIS weights among themselves; MIS between the two techniques is in their integrand F.
 F is what the path tracer adds, BSDF / density of all bounces and all, so that its contribution weight in primary sample
-space is 1 (course, ch. 6), but for what F leaves out: Russian roulette (1 / Π q), and the density of the light sample,
-whose W is an estimate where it has been resampled from a tile (ReSTIR PT Enhanced, supplement 5).
+space is 1 (course, ch. 6), but for what F leaves out: Russian roulette (1 / Π q), and the density of a light sample
+whose point is kept, or whose W is an estimate as it has been resampled from a tile (ReSTIR PT Enhanced, supplement 5).
 """
 
 from ....kernels.core.jit import inlined, outcome_entry
 from ....kernels.core.records import LIGHT_SAMPLE_DELTA, integrator_at, light_sample_in, path_at
 from ....kernels.core.vec import LARGEST_RADIANCE, add, max3, mul, put, scale, sub, vec
 from ....kernels.film.contribute import sample_group
-from ....kernels.lights import point_of_sample
+from ....kernels.lights import point_of_sample, point_pdf_of, samples_tiles
 from ....kernels.lobes import label_pdf
 from ....kernels.lobes.classes import Lobes, lobe_scale, lobe_sum, put_lobes
 from ....kernels.path.direct import LOBE_RAYS
@@ -150,7 +150,12 @@ def take_light_sample(scene, film, scratch, walk, path, sp, f, pdf, v, part):
     r.light_group = sample_group(film, ls)
     is_delta = ls.flags & LIGHT_SAMPLE_DELTA != 0
     m = 1.0 if is_delta else mis_weight(ls.mis_pdf, pdf)
-    light = scale(mul(vec(ls.radiance), v), 1.0 / ls.point_pdf)
+    from_tile = samples_tiles(scene)
+    connected = walk.k == 0 and ls.seen_by & LOBE_RAYS == LOBE_RAYS and connects(walk, sp, pdf)
+    measure = ls.point_pdf if from_tile else ls.pdf
+    if not from_tile and walk.k == 0 and not connected:
+        measure = point_pdf_of(scene, sp, ls)
+    light = scale(mul(vec(ls.radiance), v), 1.0 / measure)
     integrand = lobe_scale(f, scale(light, m))
     if walk.k > 0:
         value = _beyond(walk, mul(vec(path.throughput), lobe_sum(integrand)))
@@ -158,7 +163,7 @@ def take_light_sample(scene, film, scratch, walk, path, sp, f, pdf, v, part):
         value = mul(vec(walk.throughput), value)
     else:
         value = scale(mul(vec(path.throughput), lobe_sum(integrand)), walk.survival)
-        if ls.seen_by & LOBE_RAYS == LOBE_RAYS and connects(walk, sp, pdf):
+        if connected:
             put_connection(walk, path, sp, LIT_THERE, 1.0)
             r.direction = pack_direction(vec(ls.wi))
             put_found(r, light, -1.0 if is_delta else ls.mis_pdf)
@@ -173,12 +178,12 @@ def take_light_sample(scene, film, scratch, walk, path, sp, f, pdf, v, part):
             r.direction = 0
             r.flags = pack_flags(walk.vertex + 1, 0, 0, AT_LIGHT, 0)
             r.jacobian = 1.0
-            put_found(r, (0.0, 0.0, 0.0), -1.0 if is_delta else ls.mis_pdf / ls.point_pdf)
+            put_found(r, (0.0, 0.0, 0.0), -1.0 if is_delta else ls.mis_pdf / measure)
     if path.bounce == 0:
         light = lobe_scale(integrand, scale(vec(path.throughput), walk.survival))
     else:
         light = by_class(path, value)
-    offer(walk, path, light, path.bounce > 0, part * ls.point_pdf / (ls.pdf * walk.survival))
+    offer(walk, path, light, path.bounce > 0, part * measure / (ls.pdf * walk.survival))
 
 
 @inlined

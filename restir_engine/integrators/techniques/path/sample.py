@@ -27,8 +27,8 @@ SAMPLE = np.dtype(
         ("v", np.float32),
         ("direction", np.int32),  # in which the path goes on from vertex k, see `pack_direction`
         ("radiance", np.float32, (3,)),  # that comes from there; of a light sample by the measure of its points
-        # With which light sampling finds that light: by solid angle at vertex k, of AT_LIGHT by the measure of points.
-        # 0: found by a ray only; below 0: by light sampling only.
+        # With which light sampling finds that light: by solid angle at vertex k, of AT_LIGHT by the measure of points
+        # (as tiles draw it). 0: found by a ray only; below 0: by light sampling only.
         ("density", np.float32),
         ("jacobian", np.float32),  # the densities of the reconnection in the sample's own domain, multiplied
     ]

@@ -23,9 +23,9 @@ from ....kernels.core.records import (
 )
 from ....kernels.core.vec import dot, is_black, length, mul, put, scale, sub, vec
 from ....kernels.film.contribute import class_shares
-from ....kernels.geometry.intersect import occluded
+from ....kernels.geometry.leaving import occluded_from
 from ....kernels.geometry.surface import offset_origin, surface_point, triangle_point
-from ....kernels.lights import light_point
+from ....kernels.lights import drawn_pdf, light_point, samples_tiles
 from ....kernels.lobes import bsdf_eval, label_pdf
 from ....kernels.lobes.classes import NO_LOBES, lobe_scale, lobe_sum
 from ....kernels.lobes.closure import LABEL_REFLECT
@@ -42,7 +42,7 @@ from ..direct.shift import source_before, source_now
 from ..direct.target import target_of_light
 from .collect import by_class, clamped
 from .pixel import same_state
-from .replay import replay, replay_ray, start_replay, without_roulette
+from .replay import replay, replay_ray, start_replay
 from .sample import (
     AT_LIGHT,
     BACKFACING,
@@ -56,6 +56,7 @@ from .sample import (
     vertex_of,
 )
 from .walk import connects, geometry, replayed_tags, walk_of
+from .work import SHIFTS, count
 
 
 @entry
@@ -69,12 +70,13 @@ def shift_path(start, to, reservoir, shifted, unused):
     if a.when != b.when and not _carry(a, b, r):
         return
     scene, scratch, options = scene_at(b.scene, 0), b.scratch, reuse_at(b.reuse, 0)
-    integrator = without_roulette(scratch, integrator_at(b.integrator, 0))
+    integrator = integrator_at(b.integrator, 0)
     row = technique_at(options.technique, 0)
     walk, path, sp = walk_of(scratch), path_in(scratch), tile_point(scratch)
     walk.code = row.taker
     key = r.seed & 0xFFFFFFFF
-    start_replay(scene, integrator, frame, scratch, walk, options, path, sp, b.pixel, key, int(r.index))
+    integrator = start_replay(scene, integrator, frame, scratch, walk, options, path, sp, b.pixel, key, int(r.index))
+    count(scratch, SHIFTS, 1)
     prefix = vec(walk.prefix)
     camera, film = camera_at(scene.camera, 0), film_at(row.film, 0)
     if not replay(scene, camera, integrator, film, scratch, walk, path, sp, vertex_of(r.flags) - 2):
@@ -144,7 +146,10 @@ def _light_there(scene, integrator, scratch, walk, path, sp, r):
     total = lobe_sum(f)
     if is_black(total) or (ls.seen_by & LOBE_RAYS == LOBE_RAYS and connects(walk, sp, pdf)):
         return NO_LOBES
-    m = 1.0 if r.density < 0.0 else mis_weight(r.density * ls.point_pdf, pdf)
+    m = 1.0
+    if r.density >= 0.0:
+        drawn = r.density * ls.point_pdf if samples_tiles(scene) else drawn_pdf(scene, scratch, sp)
+        m = mis_weight(drawn, pdf)
     v = light_visibility(scene, integrator, scratch, path, sp)
     light = scale(mul(mul(vec(ls.radiance), v), vec(path.throughput)), m / ls.point_pdf)
     f = lobe_scale(f, light)
@@ -210,7 +215,7 @@ def _connect(scene, integrator, scratch, walk, path, sp, r, kind):
             weight *= mis_weight(pdf, r.density)
     elif r.density > 0.0:
         weight = mis_weight(r.density, pdf)
-    if occluded(scene, scratch, o, d, reach * (1.0 - 2.0e-5), ray_mask(path.flags)):
+    if occluded_from(scene, scratch, sp, o, d, reach * (1.0 - 2.0e-5), ray_mask(path.flags)):
         return NO_LOBES, 0.0
     value = mul(mul(throughput, total), scale(vec(r.radiance), weight))
     return by_class(path, value), arrives * leaves * geometry(point, vec(sp.p))

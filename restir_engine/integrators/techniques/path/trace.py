@@ -26,6 +26,7 @@ from ....kernels.path.shadow import light_visibility
 from ....kernels.path.state import (
     ARRIVES,
     DIM_FIRST_VERTEX,
+    DIMENSIONS,
     ENDS,
     ENTERS,
     FAR,
@@ -46,6 +47,7 @@ from ...resampling.vertex import take_up
 from .collect import reconnect_here, take_light_sample
 from .sample import MOST_VERTICES, path_reservoir_at
 from .walk import kept_of, note_bounce, start_walk, walk_of
+from .work import VERTICES, count
 
 # Keys of the paths' random numbers, and of the choice among samples.
 _PATHS, _CHOICE = 0x50415448, 0x43484F49
@@ -206,4 +208,5 @@ def paths_tile(
                 _follow(
                     scene, camera, integrator, film, scratch, walk, path, sp, options.light_samples, options.exit_lights
                 )
+                count(scratch, VERTICES, (path.dimension - DIM_FIRST_VERTEX) // DIMENSIONS + 1)
             _settle(options, frame, walk, pixel, path, last)
