@@ -28,6 +28,9 @@ MORE_DATA = [PASS_BY_NAME[name] for name in ("Ambient Occlusion", ROUGHNESS, SUR
 FAR = 1.0e10  # depth of the background, as Cycles gives it
 
 
+TILE = 32  # pixels along a side
+
+
 class Film(RecordOwner):
     """Pixels of `width` × `height` for a list of passes; every pixel holds sums over its samples.
 
@@ -59,6 +62,17 @@ class Film(RecordOwner):
         self.pixels = np.zeros((height, width, channels), np.float32)
         self._record = np.zeros(1, rec.FILM)
         self._fill_record()
+
+    def tiles(self, left: int = 0, below: int = 0) -> list[tuple[int, int, int, int]]:
+        """Tiles (x0, y0, x1, y1), from the centre outwards; the first begin so many pixels before the film."""
+        width, height = self.width, self.height
+        tiles = [
+            (max(x, 0), max(y, 0), min(x + TILE, width), min(y + TILE, height))
+            for y in range(-below, height, TILE)
+            for x in range(-left, width, TILE)
+        ]
+        centre = (0.5 * (width - TILE), 0.5 * (height - TILE))
+        return sorted(tiles, key=lambda t: (t[0] - centre[0]) ** 2 + (t[1] - centre[1]) ** 2)
 
     def _fill_record(self) -> None:
         record = self._record[0]

@@ -105,6 +105,12 @@ class ReuseSettings:
         min=0.0001,
         max=1.0,
     )
+    moving_blocks: bool = _option(
+        True,
+        "Moving Blocks",
+        "Pairs: the blocks that pixels exchange samples in begin elsewhere in each frame. Off is for comparisons: what "
+        "a block shares is seen as a square",
+    )
     vector_weights: bool = _option(
         True,
         "Sum of Samples",

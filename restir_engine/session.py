@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 PREPARING = "Preparing the scene"
-TILE = 32  # pixels
 POLL = 0.05  # seconds between looks at the cancel flag
 INTEGRATORS = {
     "PATH": (".integrators.path.integrator", "PathIntegrator"),
@@ -258,7 +257,7 @@ class Session:
         A batch that is cut short, by Esc or by an error, is undone, so that all pixels have equal samples; only when
         not a single batch was finished are its tiles kept, those that have reached the film.
         """
-        tiles = self._tiles()
+        tiles = self.film.tiles()
         self._first_sample = time.perf_counter()
         limit = self._time_limit
         convergence = Convergence(self.film, self.settings) if self.settings.use_adaptive_sampling else None
@@ -330,14 +329,3 @@ class Session:
         for future in futures:
             future.result()
         return not self.cancelled
-
-    def _tiles(self) -> list[tuple[int, int, int, int]]:
-        """Tiles (x0, y0, x1, y1), from the centre outwards."""
-        width, height = self.film.width, self.film.height
-        tiles = [
-            (x, y, min(x + TILE, width), min(y + TILE, height))
-            for y in range(0, height, TILE)
-            for x in range(0, width, TILE)
-        ]
-        centre = (0.5 * (width - TILE), 0.5 * (height - TILE))
-        return sorted(tiles, key=lambda t: (t[0] - centre[0]) ** 2 + (t[1] - centre[1]) ** 2)

@@ -7,6 +7,7 @@ import weakref
 import numpy as np
 import pytest
 
+from restir_engine import film as films
 from restir_engine import session as sessions
 from restir_engine.integrators.resampling.reuse import Reuse
 from restir_engine.integrators.restir.integrator import RestirIntegrator
@@ -38,14 +39,14 @@ def three_frames(scene):
 @pytest.mark.parametrize(("threads", "tile"), [(2, 32), (5, 32), (3, 12)])
 def test_an_image_does_not_depend_on_threads_or_tiles(scene, three_frames, monkeypatch, threads, tile):
     """Reuse in space and time, light tiles. A pass that writes what it reads differs in 1 to 72 %."""
-    monkeypatch.setattr(sessions, "TILE", tile)
+    monkeypatch.setattr(films, "TILE", tile)
     np.testing.assert_array_equal(render(scene, 3, threads=threads, **REUSE), three_frames)
 
 
 def test_pairs_and_disks_do_not_depend_on_tiles_of_a_size_that_no_block_divides(scene, three_frames, monkeypatch):
     """With tiles of 12 pixels some pairs are of two tiles, and their shifts are computed by either."""
     disk = render(scene, 3, threads=1, **DISK)
-    monkeypatch.setattr(sessions, "TILE", 12)
+    monkeypatch.setattr(films, "TILE", 12)
     np.testing.assert_array_equal(render(scene, 3, threads=1, **DISK), disk)
     assert (disk != three_frames).any()
 
@@ -153,7 +154,7 @@ def test_where_nothing_is_estimated_the_pass_is_empty_and_says_why(shadows, sett
 def test_a_tile_at_a_time_is_the_frame(scene, monkeypatch, tile):
     """Where no pixel looks at another: the same picture as by whole frames, in the memory of a few tiles."""
     settings = {"integrator": "RESTIR", "reuse": ReuseSettings(pilot=False), "seed": 3, "max_bounces": 2}
-    monkeypatch.setattr(sessions, "TILE", tile)
+    monkeypatch.setattr(films, "TILE", tile)
     own = render(scene, 5, threads=2, **settings)
     original = RestirIntegrator.__init__
 

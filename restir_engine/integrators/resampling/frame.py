@@ -46,7 +46,6 @@ FRAME = np.dtype(
         ("radii", np.int64),  # float32: how far spatial neighbours may be, pixels; 0: REUSE.radius for all
     ]
 )
-TILE = 32  # pixels: closures of so many by so many pixels lie in one pool
 
 hit_at = record_at(HIT)
 frame_at = record_at(FRAME)

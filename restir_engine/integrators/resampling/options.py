@@ -40,6 +40,8 @@ REUSE = np.dtype(
         ("channel", np.int64),  # the only one that these reservoirs are for; -1: one for all
         ("weights", np.float64, (3,)),  # of the channels in p̂
         ("seed", np.int64),  # of this frame
+        ("left", np.int64),  # by how much blocks of PAIRS begin before multiples of their side in this frame
+        ("below", np.int64),
     ]
 )
 

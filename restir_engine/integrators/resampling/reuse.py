@@ -64,7 +64,7 @@ class Reuse:
     ) -> list[Stage]:
         """The stages that take frame.reservoirs from candidates to what is shaded; seed: of this frame."""
         for records in (self._in_time, *self.by_round):
-            records["seed"] = seed
+            self._begin(records, seed)
         found = []
         rounds = self.settings.rounds
         if history.before and self.settings.temporal:
@@ -75,9 +75,22 @@ class Reuse:
             found.append(Stage(run, finish=frame.use_reservoirs))
         return found
 
+    def corner(self, seed: int) -> tuple[int, int]:
+        """By how many pixels the blocks of a frame begin before multiples of their side, along x and y."""
+        options = self.settings
+        if not options.rounds or options.pattern != "PAIRS" or not options.moving_blocks:
+            return 0, 0
+        side = block_of.py_func(options.radius)
+        return seed % side, seed // side % side
+
+    def _begin(self, records: np.ndarray, seed: int) -> None:
+        """Let records be those of a frame."""
+        records["seed"] = seed
+        records["left"], records["below"] = self.corner(seed)
+
     @property
     def block(self) -> int:
-        """The side of the blocks, aligned to it, that no sample leaves; 0: they may come from anywhere."""
+        """The side of the blocks (see `corner`) that no sample leaves; 0: they may come from anywhere."""
         options = self.settings
         anywhere = options.temporal or (options.rounds and options.pattern == "DISK")
         return 0 if anywhere else block_of.py_func(options.radius)
@@ -86,7 +99,7 @@ class Reuse:
         """All rounds as a function of a frame that holds a tile of whole blocks, the tile and working memory."""
         rounds = [self._of_round(turn).copy() for turn in range(self.settings.rounds)]
         for records in rounds:
-            records["seed"] = seed
+            self._begin(records, seed)
 
         def reuse(frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
             for turn, records in enumerate(rounds):

@@ -5,12 +5,13 @@ shifts are computed once for both (`pairing`): first every pixel of a block shif
 then every pixel finds in the table also what its own sample is worth to them.
 """
 
+from ...film import TILE
 from ...kernels.core import rng
 from ...kernels.core.jit import device, inlined, kernel
 from ...kernels.core.memory import load_f32
 from ...kernels.core.records import INTEGRATOR, SCENE, tile_scene
 from ...kernels.core.vec import vec
-from .frame import FRAME, TILE
+from .frame import FRAME
 from .inputs import (
     WORK_MASKS,
     counts,
@@ -56,9 +57,9 @@ def spatial_tile(
     side = TILE
     if reuse.pattern == PAIRS:
         side = block_of(reuse.radius)
-        draw_masks(scratch + WORK_MASKS, reuse.seed, turn, count, side)
-    for top in range(y0 - y0 % side, y1, side):
-        for left in range(x0 - x0 % side, x1, side):
+        draw_masks(scratch + WORK_MASKS, reuse.seed, turn, count, side, reuse.left, reuse.below)
+    for top in range(y0 - (y0 + reuse.below) % side, y1, side):
+        for left in range(x0 - (x0 + reuse.left) % side, x1, side):
             block = max(left, x0), max(top, y0), min(left + side, x1), min(top + side, y1)
             _reuse_in_block(frame, reuse, scratch, start, to, block, turn, count, pairs, last)
 

@@ -185,7 +185,8 @@ def compare(context: FrameContext, settings: RenderSettings) -> list[float]:
 
 def worth_of_reuse(context: FrameContext, settings: RenderSettings) -> float:
     """Noise × time of REUSED by that of PATH, in some blocks of the picture."""
-    (path, _), (reused, work) = (_tried(context, settings, way, blocks(context.camera)) for way in (WAYS[0], REUSED))
+    still = REUSED._replace(changes=REUSED.changes | {"moving_blocks": False})
+    (path, _), (reused, work) = (_tried(context, settings, way, blocks(context.camera)) for way in (WAYS[0], still))
     means = [_blurred(np.concatenate(pair).mean(0)) for pair in zip(path, reused, strict=True)]
     mean, path, reused = np.concatenate(means), np.concatenate(path, 1), np.concatenate(reused, 1)
     noise = _noise(path, mean)

@@ -117,8 +117,10 @@ class RestirIntegrator(Integrator):
 
     def _by_tiles(self, sample: int) -> list[Stage]:
         """The steps of a frame, those of each tile one after the other."""
-        reuse = self.reuse.within_tile(self.context, self.record, self._frame_seed(sample))
-        return [*self._fill(sample), Stage(partial(self._whole_tile, sample, reuse), finish=self.end_batch)]
+        seed = self._frame_seed(sample)
+        reuse, corner = self.reuse.within_tile(self.context, self.record, seed), self.reuse.corner(seed)
+        tiles = self.film.tiles(*corner) if any(corner) else None
+        return [*self._fill(sample), Stage(partial(self._whole_tile, sample, reuse), tiles, finish=self.end_batch)]
 
     def _whole_tile(self, sample: int, reuse: Callable, tile: Tile, scratch: np.ndarray) -> None:
         with self._tile_frames.at(tile) as frame:
