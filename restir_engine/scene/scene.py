@@ -202,6 +202,13 @@ class Scene(RecordOwner):
             found.append((points.min(0), points.max(0)))
         return tuple(found)
 
+    def _in_media(self, lamps: np.ndarray) -> np.ndarray:
+        """Which lamps, LIGHT (n,), are points or spots within the bounds of a medium, bool (n,)."""
+        found = np.zeros(len(lamps), bool)
+        for low, high in self.media_bounds:
+            found |= ((lamps["center"] >= low) & (lamps["center"] <= high)).all(1)
+        return found & np.isin(lamps["kind"], (rec.LIGHT_POINT, rec.LIGHT_SPOT))
+
     def changing(self) -> np.ndarray:
         """Which instances move or change their shape while the shutter is open, bool (n_instances,)."""
         deforming = np.array([mesh.steps is not None for mesh in self.meshes], bool)
@@ -270,6 +277,8 @@ class Scene(RecordOwner):
     def _commit_lights(self, lamps: np.ndarray, before: Scene | None) -> LightTable:
         record = self._record[0]
         known = before.lights.groups if before and self.looks_up_as(before) else {}
+        lamps = lamps.copy()
+        lamps["flags"] |= np.where(self._in_media(lamps), rec.LIGHT_IN_MEDIUM, 0)
         table = LightTable(self, lamps, known)
         self.instances["lights"] = table.first_emitters
         record["lights"], record["n_lights"] = address(table.lamps), len(table.lamps)

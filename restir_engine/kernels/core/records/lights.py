@@ -32,6 +32,7 @@ LIGHT_NO_SHADOW = 2
 LIGHT_SPHERE = 4  # point and spot: a sphere; else a disk that turns towards the point that is lit
 LIGHT_ELLIPSE = 8  # area: elliptic
 LIGHT_DELTA = 16  # no size: next event estimation alone finds it
+LIGHT_IN_MEDIUM = 32  # a point or spot within the bounds of an instance that has a medium inside
 
 LIGHT_GROUPS = record(  # what belongs to which light group of the view layer, by its number; -1: to none
     "count",
