@@ -53,11 +53,6 @@ class FrameContext(RecordOwner):
         """The CAMERA record, likewise."""
         return self._camera[0]
 
-    @property
-    def camera_address(self) -> int:
-        """That of the CAMERA record."""
-        return address(self._camera)
-
     def with_tiles(self, tiles: LightTiles | None) -> FrameContext:
         """The same frame, its light samples resampled from `tiles`, where there are any."""
         return FrameContext(self.scene, self.camera, tiles)

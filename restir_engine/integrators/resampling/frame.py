@@ -15,15 +15,12 @@ HIT = np.dtype(  # of a ray, as kernels.geometry.intersect tells it
 )
 UNTRACED = -2  # in place of its instance
 
+EDGES = "left", "bottom", "right", "top"  # of the film's pixels, those that are here; the last two are outside
 FRAME = np.dtype(
     [
         ("width", np.int64),
         ("height", np.int64),
-        # Of the film's pixels those that are here: from (left, bottom) to before (right, top).
-        ("left", np.int64),
-        ("bottom", np.int64),
-        ("right", np.int64),
-        ("top", np.int64),
+        *((edge, np.int64) for edge in EDGES),
         ("channels", np.int64),  # of the film
         # Addresses of one item a pixel, rows bottom to top:
         ("points", np.int64),  # SHADING_POINT: the vertex to be lit, with its closures; instance -1: there is none
@@ -100,7 +97,7 @@ class Frame(RecordOwner):
     def place(self, tile: tuple[int, int, int, int]) -> None:
         """Let the lower left items stand for a tile of the film: kernels go by its coordinates."""
         self._x, self._y = tile[:2]
-        for name, value in zip(("left", "bottom", "right", "top"), tile, strict=True):
+        for name, value in zip(EDGES, tile, strict=True):
             self._record[0][name] = value
         for name in _BY_PIXEL:
             self._record[0][name] = self._origin(getattr(self, name))

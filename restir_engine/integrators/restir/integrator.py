@@ -62,7 +62,7 @@ class RestirIntegrator(Integrator):
             tiles = LightTiles(context.scene, count, candidates=candidates, control_variates=variates)
         super().__init__(context.with_tiles(tiles), settings, film)
         later = self.context if options.later_tiles else context  # for all but the vertex that is resampled
-        self._later = later.address, later.camera_address, address(self.record), self.film.address
+        self._later = later.address, int(later.record["camera"]), address(self.record), self.film.address
         self.history = history
         groups = int(film.record["light_groups"])
         self.paths = PathSteps(self.record, groups) if is_whole else None

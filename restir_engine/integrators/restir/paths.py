@@ -53,7 +53,7 @@ class PathSteps:
     def candidates(self, last: int, own: RestirIntegrator, frame: Frame, tile, scratch: np.ndarray) -> None:
         """Follow the paths of a tile for an integrator; last: not 0 where no reuse follows."""
         context = own.context
-        args = (context.address, context.camera_address, address(own.record), own.film.address, frame.address)
+        args = (context.address, int(context.record["camera"]), address(own.record), own.film.address, frame.address)
         PATHS(*args, address(own.reuse.records), int(self.technique[0]["taker"]), address(scratch), *tile, last)
 
     def light(self, own: RestirIntegrator, frame: Frame, tile, scratch: np.ndarray) -> None:
