@@ -26,8 +26,6 @@ from .settings import (
 
 MORE_DATA = [PASS_BY_NAME[name] for name in ("Ambient Occlusion", ROUGHNESS, SURROUNDINGS)]
 FAR = 1.0e10  # depth of the background, as Cycles gives it
-
-
 TILE = 32  # pixels along a side
 
 

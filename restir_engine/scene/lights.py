@@ -149,8 +149,7 @@ class LightTable(RecordOwner):
         if n > _FEW:
             self._commit_clusters(lamps, [*bounds, n] if n > n_local else bounds)
         flags, radii = lamps["flags"], lamps["radius"]
-        seen = ((flags & rec.LIGHT_HITTABLE) != 0) | ((lamps["seen_by"] & rec.RAY_CAMERA) != 0)
-        found = np.flatnonzero(seen & ((flags & rec.LIGHT_DELTA) == 0) & (lamps["kind"] != rec.LIGHT_SUN))
+        found = np.flatnonzero(((flags & rec.LIGHT_HITTABLE) != 0) & (lamps["kind"] != rec.LIGHT_SUN))
         targets = sphere_tree(lamps["center"][found], radii[found], found)
         if len(found):
             self._share("targets", targets)

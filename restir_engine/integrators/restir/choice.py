@@ -5,7 +5,7 @@ the light is behind walls, they bring nothing for the time they take. All WAYS h
 draws a few samples of a small picture of the scene, and the render is of the one with the least noise in the same time.
 The choice depends on these samples and on what ways are known to cost, not on a clock: a seed gives one picture.
 
-Whole paths that neighbors share (`REUSED`) are noise of another kind, in blocks, and it depends on how near neighbors
+Whole paths that neighbors share (`REUSED`) are noise of another kind, and it depends on how near neighbors
 are: they are tried in blocks of the picture itself, beside PATH, and taken where they gain by a MARGIN. What they cost
 follows from how many vertices, shifts and replayed bounces there are (techniques.path.work).
 """
@@ -58,8 +58,8 @@ class Way(NamedTuple):
     name: str
     kind: type[Integrator]
     changes: dict
-    cost: float
-    with_walks: float
+    cost: float = math.nan  # not known beforehand
+    with_walks: float = math.nan
 
 
 WAYS = (
@@ -72,8 +72,6 @@ REUSED = Way(
     "whole paths",
     RestirIntegrator,
     {"paths": "WHOLE", "rounds": 3, "neighbours": 4, "light_samples": 1, "light_candidates": 0},
-    math.nan,
-    math.nan,
 )
 # Its time by PATH's is 1 + (OVERHEAD + Σ WORK × counts) / vertices, within a fifth of what was measured in ten rooms.
 OVERHEAD, SHIFT_WORK, RAY_WORK = 1.7, 0.8, 0.6

@@ -6,7 +6,6 @@ from ..core.records import (
     LIGHT_AREA,
     LIGHT_HITTABLE,
     LIGHT_SUN,
-    RAY_CAMERA,
     light_at,
     light_sample_in,
     light_table_at,
@@ -24,13 +23,6 @@ from .select import lamp_probability, lamp_share
 from .sun import in_sun, sun_pdf
 from .triangle import triangle_pdf
 from .world import world_density
-
-
-@inlined
-def _found_by(light, ray_flags):
-    if ray_flags & RAY_CAMERA == 0 and light.flags & LIGHT_HITTABLE == 0:
-        return False
-    return visible_to(light.seen_by, ray_flags)
 
 
 @inlined
@@ -57,7 +49,7 @@ def lights_intersect(scene, o, d, tmin, tmax, ray_flags):
                 continue
             i = int(load_f64(table.targets, row + 4))
             light = light_at(scene.lights, i)
-            if _found_by(light, ray_flags):
+            if visible_to(light.seen_by, ray_flags):
                 t = intersect_area(light, o, d) if light.kind == LIGHT_AREA else intersect_ball(light, o, d)
                 if tmin < t < tmax:
                     tmax = t

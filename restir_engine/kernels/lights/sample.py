@@ -4,6 +4,7 @@ from ..core.jit import device, inlined
 from ..core.memory import call_entry, load_i64, record_address
 from ..core.records import (
     LIGHT_DELTA,
+    LIGHT_HITTABLE,
     LIGHT_NO_SHADOW,
     LIGHT_SAMPLE_DELTA,
     LIGHT_SAMPLE_NO_SHADOW,
@@ -51,7 +52,7 @@ def complete_sample(scene, sp, scratch, index, light, factor, ls):
         radiance = mul(radiance, run_emission(scene, point))
     ls.light = index
     ls.blockers = light.blockers
-    alone = light.flags & LIGHT_DELTA or light.blockers != EVERYTHING
+    alone = light.flags & LIGHT_DELTA or not light.flags & LIGHT_HITTABLE or light.blockers != EVERYTHING
     ls.flags = (LIGHT_SAMPLE_DELTA if alone else 0) | (LIGHT_SAMPLE_NO_SHADOW if light.flags & LIGHT_NO_SHADOW else 0)
     ls.seen_by = light.seen_by if reaches(light.links, sp.light_set) else 0
     ls.instance = -1

@@ -346,3 +346,20 @@ def shadow_catcher_by_instancer():
     kit.put("ball", kit.diffuse((0.2, 0.2, 0.8)), (1.2, 0.0, 0.6), 0.6).visible_shadow = False
     kit.lamp()
     kit.world(lambda node: node("Background", Color=(0.2, 0.2, 0.3)))
+
+
+@scene(1, 128)
+def lamps_without_mis():
+    """Wide lamps near what they light, whose Multiple Importance is off: light samples alone find them, no rays do."""
+    kit.floor()
+    kit.put("ball", kit.diffuse((0.7, 0.6, 0.5)), (-0.9, 0.0, 0.6), 0.6)
+    kit.put("ball", kit.principled(Base_Color=(0.8, 0.7, 0.5, 1.0), Metallic=1.0, Roughness=0.6), (0.9, 0.0, 0.6), 0.6)
+    lights = [
+        kit.light("AREA", 40.0, (-1.0, 0.5, 1.6), (-0.9, 0.0, 0.6), size=1.5),
+        kit.light("POINT", 40.0, (0.9, 0.4, 1.7), shadow_soft_size=0.4),
+        kit.light("SPOT", 60.0, (0.0, -1.0, 2.0), (0.0, 0.0, 0.0), shadow_soft_size=0.5, spot_size=1.5),
+        kit.light("SUN", 0.5, (3.0, -3.0, 4.0), angle=1.0),
+    ]
+    for light in lights:
+        light.data.cycles.use_multiple_importance_sampling = False
+    kit.world(lambda node: node("Background", Strength=0.0))

@@ -35,6 +35,16 @@ def volume_scatter():
     kit.put("ball", scattering(JADE, 5.0, Anisotropy=0.6), (0.9, 0.0, 0.8), 0.7)
 
 
+@scene(1, 96, volume_bounces=8, alike=True)
+def volume_lamp_inside():
+    """Paths are led towards the lamp, whose Multiple Importance is off: with it Cycles loses light inside of media."""
+    kit.floor(kit.diffuse((0.6, 0.55, 0.5)))
+    kit.put("cube", scattering((0.8, 0.8, 0.6), 1.0), (0.0, 0.0, 1.0), 0.95)
+    lamp = kit.light("POINT", 60.0, (0.2, 0.1, 1.1), shadow_soft_size=0.15)
+    lamp.data.cycles.use_multiple_importance_sampling = False
+    kit.world(lambda node: node("Background", Color=(0.7, 0.85, 1.0), Strength=0.1))
+
+
 @scene(1, 64)
 def volume_single_scatter():
     stage()

@@ -27,7 +27,7 @@ LIGHT = record(
     ("p", 16),  # what else the kind needs; see kernels.lights
 )
 light_at = record_at(LIGHT)
-LIGHT_HITTABLE = 1  # rays made by BSDF sampling find it
+LIGHT_HITTABLE = 1  # rays find it, the camera's too
 LIGHT_NO_SHADOW = 2
 LIGHT_SPHERE = 4  # point and spot: a sphere; else a disk that turns towards the point that is lit
 LIGHT_ELLIPSE = 8  # area: elliptic
@@ -62,7 +62,7 @@ LIGHT_SAMPLE = record(
     ("control_variate", 3),  # of mean 0, to be added times the mean V: all candidates of a tile less the chosen one
 )
 light_sample_at = record_at(LIGHT_SAMPLE)
-LIGHT_SAMPLE_DELTA = 1  # next event estimation alone finds it: a delta light, or one with blockers of its own
+LIGHT_SAMPLE_DELTA = 1  # next event estimation alone finds it: a light without size or MIS, or with blockers of its own
 LIGHT_SAMPLE_NO_SHADOW = 2
 
 # A pair of an alias table: bin i is chosen below `threshold`, else `alias`.
