@@ -90,7 +90,7 @@ def processes() -> Iterator[Row]:
 def compilation(count: int) -> Iterator[str]:
     """Seconds of compilation with an empty cache: the first render of each scene, then the dearest functions."""
     with tempfile.TemporaryDirectory() as folder:
-        result = task("compilation", RESTIR_CACHE=folder)
+        result = task("compilation", RESTIR_CACHE=folder, TMPDIR=folder)
     for name, seconds in result["first"].items():
         yield f"| first render of {name}, empty cache | {seconds:.1f} |"
     functions = result["functions"]

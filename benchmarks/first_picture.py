@@ -73,7 +73,7 @@ def first_picture(build: Path, scene: str, integrator: str) -> dict[str, float]:
 
 def measure(build: Path, scene: str, integrator: str, cache: str) -> dict[str, float]:
     """The same in a process of its own; cache: where kernels are kept, and Blender's folders of a user."""
-    environment = os.environ | {"XDG_CACHE_HOME": cache, "BLENDER_USER_RESOURCES": cache}
+    environment = os.environ | {"XDG_CACHE_HOME": cache, "BLENDER_USER_RESOURCES": cache, "TMPDIR": cache}
     environment.pop("RESTIR_CACHE", None)
     command = [sys.executable, "-m", "benchmarks.first_picture", "--inside", str(build), scene, integrator]
     lines = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=True).stdout

@@ -102,7 +102,7 @@ def compile_kernels(python: str, platform: str, folder: Path) -> list[Path]:
         return []
     processor, features = baseline()
     environment = os.environ | {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": features}
-    environment |= {"RESTIR_CACHE": str(folder), "PYTHONPATH": str(ROOT)}
+    environment |= {"RESTIR_CACHE": str(folder), "TMPDIR": str(folder), "PYTHONPATH": str(ROOT)}
     print(f"Compiling kernels for Python {python} and {processor}", flush=True)
     command = [found, "-m", "restir_engine.kernels.core.worker", "--all"]
     names = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True).stdout.split()

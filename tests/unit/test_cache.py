@@ -208,12 +208,19 @@ print(*digest.digest(np.arange(100)), digest.murmur3.stats.cache_hits.total(), i
 """
 
 
+def caching_in(folder: Path, path: Path) -> dict[str, str]:
+    """The environment of a process that keeps kernels in `folder`, and finds none that another run left elsewhere."""
+    (folder / "temporary").mkdir(exist_ok=True)
+    own = {"PYTHONPATH": str(path), "RESTIR_CACHE": str(folder), "TMPDIR": str(folder / "temporary")}
+    return os.environ | own | {"RESTIR_WORKER": "1"}
+
+
 def run_as(package: str, path: Path, folder: Path) -> list[str]:
     """Two numbers that a kernel makes, 1 if it was loaded, 1 if Numba has read what it compiles with.
 
     In a process that knows the package by some name.
     """
-    environment = os.environ | {"PYTHONPATH": str(path), "RESTIR_CACHE": str(folder), "RESTIR_WORKER": "1"}
+    environment = caching_in(folder, path)
     command = [sys.executable, "-c", LOADED, package]
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
 
@@ -257,7 +264,7 @@ def test_a_damaged_kernel_is_compiled_again(tmp_path):
 
 @pytest.mark.deep
 def test_four_first_starts_at_once_of_which_one_is_killed(tmp_path):
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "RESTIR_CACHE": str(tmp_path), "RESTIR_WORKER": "1"}
+    environment = caching_in(tmp_path, ROOT)
     command = [sys.executable, "-c", LOADED, "restir_engine"]
     starts = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(4)]
     time.sleep(2.0)

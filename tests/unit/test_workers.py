@@ -14,8 +14,10 @@ NAME = "kernels.core.digest:murmur3"
 
 @pytest.fixture
 def empty(tmp_path, monkeypatch):
-    """An empty cache for this process and its workers."""
+    """An empty cache for this process and its workers, whatever another run left among the temporary files."""
     monkeypatch.setenv("RESTIR_CACHE", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     store = cache.Store(cache.default_folder(), None, None)
     monkeypatch.setattr(cache._Current, "store", store)
     return store
@@ -30,10 +32,8 @@ def test_kernels_and_entries_are_found_by_name():
     assert "kernels.core.memory:copy_words" not in names  # kernels contain it
 
 
-def test_what_another_process_compiles_is_waited_for(empty, monkeypatch, tmp_path):
+def test_what_another_process_compiles_is_waited_for(empty):
     """And is not compiled again: the file stays as that process has left it."""
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     key = worker._key(digest.murmur3)
     pool = workers.Workers(1)
     with locks.held(locks.folder() / f"kernel-{key[:2]}"):
