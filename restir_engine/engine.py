@@ -10,8 +10,8 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -44,6 +44,8 @@ class RestirEngine(bpy.types.RenderEngine):
 
     job: RenderJob | None = None  # that has begun; else what Blender wants read is for a bake or a preview
     ends_at_failures = not bpy.app.background  # whether an animation ends at the first frame that fails
+
+    turn = nullcontext  # of so many threads: samples are taken inside it
 
     baked = None  # the scene of the bake that is going on: each object has an engine of its own
 
@@ -139,12 +141,14 @@ class RestirEngine(bpy.types.RenderEngine):
             raise SceneError(NO_PLACE)
         if place == 0:
             self._name_mattes(session, layer)
-        display, began = Display(self, result, place, self.views.names), time.perf_counter()
-        try:
-            session.render(self.test_break, display.status, display.picture)
-        finally:
-            self._keep_record(session, depsgraph, time.perf_counter() - began)
-            deliver(self, result, session)
+        display = Display(self, result, place, self.views.names)
+        with self.turn(self.settings.threads):
+            began = time.perf_counter()
+            try:
+                session.render(self.test_break, display.status, display.picture)
+            finally:
+                self._keep_record(session, depsgraph, time.perf_counter() - began)
+                deliver(self, result, session)
         return session
 
     @property
@@ -441,9 +445,12 @@ def end_render(*_) -> None:
         print("ReSTIR:", ", ".join(filter(None, (warned, failed))), flush=True)
 
 
-def render_for_farm() -> None:
-    """Let what renders have left stay until another file is opened, as within an animation, and failures be told."""
-    RestirEngine.ends_at_failures = True
+def render_for_farm(turn: Callable[[int], AbstractContextManager]) -> None:
+    """Let what renders have left stay until another file is opened, as within an animation, and failures be told.
+
+    turn: what samples are taken inside of; it is told the number of threads, 0: all.
+    """
+    RestirEngine.ends_at_failures, RestirEngine.turn = True, staticmethod(turn)
     for name in ("render_complete", "render_cancel"):
         handlers = getattr(bpy.app.handlers, name)
         if give_up in handlers:

@@ -39,7 +39,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--keep-parts", action="store_true", help="leave the ranges of finished frames on disk")
     found.add_argument("--enable-autoexec", action="store_true", help="let Python in the file run")
     found.add_argument("--blender", default="", help="default: bpy of the worker's Python, or else blender")
-    found.add_argument("--threads", type=at_least(0), default=0, help="of each Blender (default: its share)")
+    found.add_argument("--threads", type=at_least(0), default=0, help="of each Blender (default: all, by turns)")
     found.add_argument("--tries", type=at_least(1), default=3, help="of a task that a machine fails on (default: 3)")
     found.add_argument("--scheduler", default="", metavar="ADDRESS", help="of a Dask cluster (default: one made here)")
     found.add_argument("--workers", type=at_least(1), default=1, help="of the cluster made here (default: 1)")

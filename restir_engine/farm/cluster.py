@@ -32,7 +32,6 @@ from distributed import (
 )
 from distributed.comm import get_address_host
 
-from ..kernels.core import locks
 from .child import Child, told
 from .service import HOST
 from .tasks import FINISH, UNFINISHED, Job, Plan, Task
@@ -43,7 +42,6 @@ FAILURES = 2  # running, after which a worker gets no more tasks
 CONNECTING = "15s"  # that a scheduler has to answer
 ENDING = 10.0  # seconds that workers have to answer when they are told to stop
 STOPPED = {"ok": False, "blame": HOST, "text": "the render was stopped"}
-SLOT, SLOTS = "farm-worker-", 1024  # locks that workers hold, by which those of a machine are counted
 
 
 class RendererPlugin(WorkerPlugin):
@@ -60,29 +58,11 @@ class RendererPlugin(WorkerPlugin):
         self.child = Child(self._blender)
         self.run = ""
         self.ended: set[str] = set()  # runs
-        paths = (locks.folder() / f"{SLOT}{i}" for i in range(SLOTS))
-        self.slot = next((slot for path in paths if (slot := locks.take(path))), None)
         await worker.set_resources(**{RESOURCE: 1})
 
     def teardown(self, worker: Worker) -> None:
         """End Blender."""
         self.child.stop()
-        if self.slot is not None:
-            self.slot.close()
-
-    @staticmethod
-    def threads() -> int:
-        """This worker's share of its machine."""
-        workers = sum(map(_is_held, locks.folder().glob(f"{SLOT}*")))
-        return max(1, CPU_COUNT // max(1, workers))
-
-
-def _is_held(slot: Path) -> bool:
-    """Whether a worker has a slot."""
-    found = locks.take(slot)
-    if found is not None:
-        found.close()
-    return found is None
 
 
 def ask(plugin: str, run: str, request: dict) -> dict:
@@ -93,7 +73,7 @@ def ask(plugin: str, run: str, request: dict) -> dict:
         return STOPPED | {"host": socket.gethostname(), "worker": worker.address}
     renderer.run = run
     job = Job.of(request["job"])
-    request = request | {"job": replace(job, threads=job.threads or renderer.threads()).fields()}
+    request = request | {"job": replace(job, cores=CPU_COUNT).fields()}  # which knows of a container's limit
 
     def tell(message: dict) -> None:
         worker.log_event(run, {"task": request.get("task"), **message})

@@ -14,7 +14,7 @@ import socket
 import time
 import tomllib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from .. import engine, session, warning_log
 from ..sync.camera import NO_CAMERA
 from .redirect import check_room, expanded, frame_paths, redirected, unfinished
 from .tasks import FINISH, FRAME, SAMPLES, Job, Task, digest_of
+from .turns import turn
 
 FOLDER = ".restir-farm"  # beside the pictures: unfinished files and records
 _SAMPLE = re.compile(r"Sample (\d+)/\d+")
@@ -58,7 +59,11 @@ class Renderer:
 
     def __init__(self) -> None:
         self._open: tuple = ()
-        engine.render_for_farm()
+        self._cores = 0
+        engine.render_for_farm(self._turn)
+
+    def _turn(self, threads: int) -> AbstractContextManager:
+        return turn(threads, self._cores)
 
     def facts(self, job: Job) -> dict:
         """What a job consists of, by its file: see the keys. Its `files` are those that this machine sees."""
@@ -129,9 +134,10 @@ class Renderer:
             if unseen:
                 raise NotHere(f"“{unseen[0]}” is not to be seen on {socket.gethostname()}: {SHARED}")
             self._open = wanted
-        if job.threads:
+        self._cores = job.cores
+        if job.threads or job.cores:
             bpy.context.scene.render.threads_mode = "FIXED"
-            bpy.context.scene.render.threads = job.threads
+            bpy.context.scene.render.threads = job.threads or job.cores
 
     def close(self) -> None:
         """Let the next task open its file anew."""
@@ -168,7 +174,8 @@ class Renderer:
         if not scene.render.use_overwrite and all(map(os.path.exists, frame_paths(scene, task.frame))):
             return None
         with redirected(scene, state) as target, changed(scene, [("restir.film_from", str(film))] if film else []):
-            render_frame(scene, task.frame, target.folder)
+            with nullcontext() if scene.render.engine == "RESTIR" else self._turn(scene.render.threads):
+                render_frame(scene, task.frame, target.folder)
             written = target.deliver()
         _write(record, {"files": [(os.path.relpath(path, state), path.stat().st_size) for path in written]})
         return written

@@ -28,7 +28,8 @@ class Job:
     samples_per_task: int = 0  # 0: whole frames
     engine: str = "RESTIR"  # as Blender's -E
     scripts: bool = False  # whether Python in the file may run, as Blender's --enable-autoexec
-    threads: int = 0  # of each renderer; 0: its share of the machine's
+    threads: int = 0  # of each renderer; 0: all of its machine, whose renderers take turns
+    cores: int = 0  # of the machine; 0: as the system says
     keep_parts: bool = False  # whether ranges stay on disk when a frame has been made of them
     again: bool = False  # whether what is there is rendered all the same
     digest: str = ""  # of the .blend; "": not known yet

@@ -1,9 +1,12 @@
 """A farm's tasks: frames and ranges of samples, their order, what is tried again; the template that describes them."""
 
+import contextlib
 import io
 import json
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -21,6 +24,7 @@ from restir_engine.farm.tasks import (
     sample_ranges,
     spans,
 )
+from restir_engine.farm.turns import turn
 from restir_engine.kernels.core import locks
 
 
@@ -207,6 +211,31 @@ def test_a_lock_is_held_by_one_process_and_gone_with_it(tmp_path):
     with locks.held(path):
         pass
     assert locks.take(tmp_path / "nowhere" / "lock") is None
+
+
+def test_renders_take_turns_with_the_cores_of_a_machine(tmp_path, monkeypatch):
+    """As many at once as have all cores together; who ends in whatever way lets the next one go on."""
+    monkeypatch.setattr(locks, "folder", lambda: tmp_path)
+    for threads, cores, at_once, renders in ((0, 4, 1, 3), (2, 4, 2, 4), (8, 4, 1, 2), (1, 3, 3, 3)):
+        together, going, most = threading.Barrier(at_once, timeout=60.0), [], []
+
+        def render(_, threads=threads, cores=cores, together=together, going=going, most=most) -> None:
+            with turn(threads, cores):
+                going.append(threads)
+                together.wait()  # or raise
+                most.append(len(going))
+                going.pop()
+
+        with ThreadPoolExecutor(renders) as pool:
+            list(pool.map(render, range(renders)))
+        assert len(most) == renders and max(most) <= at_once
+    with contextlib.suppress(ZeroDivisionError), turn(0, 1):
+        raise ZeroDivisionError
+    with turn(0, 1):
+        pass
+    monkeypatch.setattr(locks, "folder", lambda: tmp_path / "nowhere")
+    with turn(0, 1), turn(0, 1):  # nobody waits for what cannot be held
+        pass
 
 
 @pytest.mark.parametrize(("per_task", "blender"), [(0, ""), (64, "/opt/blender")])
