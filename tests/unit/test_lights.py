@@ -216,7 +216,7 @@ def test_many_lamps():
     assert np.median(found[:, 3] / local[:, 4]) == pytest.approx(1.0, rel=1e-6)
 
 
-def test_visibility_and_bounces():
+def test_visibility():
     lamp = point_lamp(ABOVE, WHITE, 0.5, seen_by=rec.RAY_ALL & ~rec.RAY_DIFFUSE, max_bounces=0, casts_shadow=False)
     scene = lamp_scene(lamp)
     assert not seen(scene, (0, 0, 0), [UP], rec.RAY_DIFFUSE | rec.RAY_REFLECT).any()

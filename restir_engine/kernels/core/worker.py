@@ -82,7 +82,11 @@ def main() -> None:
     gc.freeze()
     gc.set_threshold(100_000)  # a tenth of the time of compiling would go into looking for garbage
     for line in sys.stdin:
-        print("done" if compile_named(line.strip()) else "failed", flush=True)
+        answer = "done" if compile_named(line.strip()) else "failed"
+        try:
+            print(answer, flush=True)
+        except BrokenPipeError:  # who asked is gone
+            os._exit(0)
 
 
 if __name__ == "__main__":

@@ -79,11 +79,10 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
     """(red, green, blue, pdf): what a lamp that the ray met at t adds, and light_sample's mis_pdf for d from o.
 
     sp is the path's state: how light_sample chose at o stands in it (lights.choice), sp.depth counts the bounces of
-    this ray (light_sample for it was asked at one less). Overwrites the LIGHT_SAMPLE in scratch.
+    this ray (light_sample for it was asked at one less). Beyond its limit of bounces a lamp is found by rays alone, but
+    by MIS as if it was also sampled, once: as in Cycles. Overwrites the LIGHT_SAMPLE in scratch.
     """
     light = light_at(scene.lights, index)
-    if sp.depth > light.max_bounces + 1:
-        return 0.0, 0.0, 0.0, 0.0
     table = light_table_at(scene.light_table, 0)
     ls = light_sample_in(scratch)
     put(ls.p, o)
@@ -100,7 +99,8 @@ def light_radiance(scene, scratch, sp, index, o, d, t):
     if table.tiles != 0:
         tiles = light_tiles_at(table.tiles, 0)
         density = area_density(light, d, t) if light.kind == LIGHT_AREA else ls.pdf
-        chosen = table.lamps * lamp_share(tiles, index) * tiles.candidates
+        candidates = tiles.candidates if sp.depth <= light.max_bounces + 1 else 1.0
+        chosen = table.lamps * lamp_share(tiles, index) * candidates
         return radiance[0], radiance[1], radiance[2], density * chosen
     chosen = sp.light_shares[0] * lamp_probability(scene, o, vec(sp.receiver), sp.receiver_set, index)
     return radiance[0], radiance[1], radiance[2], ls.pdf * chosen
@@ -118,7 +118,8 @@ def world_pdf(scene, scratch, sp, o, d):
     world = world_table_at(scene.world_table, 0)
     if table.tiles != 0:
         tiles = light_tiles_at(table.tiles, 0)
-        share = tiles.apart if tiles.apart > 0.0 else table.world * tiles.candidates
+        candidates = tiles.candidates if sp.depth <= world.max_bounces + 1 else 1.0
+        share = tiles.apart if tiles.apart > 0.0 else table.world * candidates
     else:
         share = float(sp.light_shares[2])
     if share == 0.0:

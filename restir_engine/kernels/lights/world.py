@@ -143,8 +143,6 @@ def world_radiance(scene, scratch, sp, o, d):
     flags = sp.ray_flags
     if scene.world_material < 0 or not visible_to(scene.world_seen_by, flags):
         return (0.0, 0.0, 0.0)
-    if scene.world_table != 0 and sp.depth > world_table_at(scene.world_table, 0).max_bounces + 1:
-        return (0.0, 0.0, 0.0)
     point = shadow_point(scratch, sp)
     point.ray_flags = flags | RAY_EMISSION
     world_point(scene, point, d)

@@ -1,6 +1,6 @@
 """The BSDFs: closures that shader programs make, and what the integrators ask of them."""
 
-from .dispatch import bsdf_eval, bsdf_sample, label_pdf
+from .dispatch import bsdf_eval, bsdf_sample, glass_eval, label_pdf
 from .nodes import BSDF_NODES
 from .passes import (
     bsdf_blur,
@@ -24,6 +24,7 @@ __all__ = [
     "bsdf_roughness",
     "bsdf_sample",
     "denoise_features",
+    "glass_eval",
     "graded_features",
     "is_blurred",
     "label_pdf",

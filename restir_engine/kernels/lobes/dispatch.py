@@ -6,11 +6,11 @@ A direction is sampled from one closure, chosen by its sampling weight; value an
 
 import math
 
-from ..core.jit import device
+from ..core.jit import device, inlined
 from ..core.records import closure_at
 from ..core.vec import dot, madd, neg, scale, vec
 from .ashikhmin import ashikhmin_eval, ashikhmin_sample, ashikhmin_singular
-from .classes import NO_LOBES, Lobes
+from .classes import NO_LOBES, Lobes, lobe_add
 from .closure import (
     CLASS_DIFFUSE,
     CLASS_GLASS,
@@ -81,6 +81,16 @@ def closure_eval(c, wo, wi):
     return value, value, value, pdf
 
 
+@inlined
+def _weighted(sp, c, wo, wi, sampled):
+    """`closure_eval` times the closure's weight and what shadows it; sampled: whether it chose wi."""
+    r, g, b, p = closure_eval(c, wo, wi)
+    shadowing = 1.0
+    if p > 0.0 and not is_fibre(c.kind):
+        shadowing = bump_shadowing(sp, c, wi, sampled) * terminator_offset(sp, c, wi)
+    return r * c.weight[0] * shadowing, g * c.weight[1] * shadowing, b * c.weight[2] * shadowing, p
+
+
 @device
 def _mixture(sp, wi, sampled):
     """(value by class of lobes, pdf) of all closures for wi; `sampled`: the index of the one that chose it, else -1."""
@@ -90,14 +100,10 @@ def _mixture(sp, wi, sampled):
     for i in range(sp.n_closures):
         c = closure_at(sp.closures, i)
         total += c.sample_weight
-        r, g, b, p = closure_eval(c, wo, wi)
+        r, g, b, p = _weighted(sp, c, wo, wi, i == sampled)
         if p <= 0.0:
             continue
         pdf += p * c.sample_weight
-        shadowing = 1.0
-        if not is_fibre(c.kind):
-            shadowing = bump_shadowing(sp, c, wi, i == sampled) * terminator_offset(sp, c, wi)
-        r, g, b = r * c.weight[0] * shadowing, g * c.weight[1] * shadowing, b * c.weight[2] * shadowing
         kind = pass_class(c.kind)
         if kind == CLASS_DIFFUSE:
             dr, dg, db = dr + r, dg + g, db + b
@@ -124,6 +130,20 @@ def bsdf_eval(scene, sp, wi):
             r, g, b = value * c.weight[0], value * c.weight[1], value * c.weight[2]
             return Lobes((r, g, b), _NONE, _NONE), pdf
     return _mixture(sp, wi, -1)
+
+
+@device
+def glass_eval(sp, wi):
+    """What of `bsdf_eval` is glass, which mirrors and refracts at once."""
+    f = NO_LOBES
+    for i in range(sp.n_closures):
+        c = closure_at(sp.closures, i)
+        if pass_class(c.kind) == CLASS_GLASS:
+            r, g, b, pdf = _weighted(sp, c, vec(sp.wo), wi, False)
+            if pdf > 0.0:
+                mirrors = dot(vec(c.n), wi) > 0.0
+                f = lobe_add(f, Lobes(_NONE, (r, g, b) if mirrors else _NONE, _NONE if mirrors else (r, g, b)))
+    return f
 
 
 @device

@@ -18,7 +18,7 @@ from ..core.vec import is_black, mul, scale, vec
 from ..film.contribute import contribute, lit, lit_by_several
 from ..lights import light_sample
 from ..lights.mean_visibility import LATER, learn, mean_visibility
-from ..lobes import bsdf_eval, bsdf_has_eval
+from ..lobes import bsdf_eval, bsdf_has_eval, glass_eval
 from ..lobes.classes import NO_LOBES, Lobes, lobe_add, lobe_scale, lobe_sum, share
 from ..lobes.closure import CLASS_DIFFUSE, CLASS_GLASS, CLASS_GLOSSY, CLASS_TRANSMISSION, pass_class
 from .shadow import light_visibility
@@ -105,13 +105,17 @@ def sampled_light(scene, scratch, sp, u0, u1, u2):
 
 @inlined
 def lit_bsdf(scene, sp, wi, seen_by):
-    """bsdf_eval towards a light, without the classes of lobes that the light does not reach."""
+    """bsdf_eval towards a light, without the classes of lobes that the light does not reach.
+
+    Glass, which is of two classes, every light of a visible object or lamp reaches, as in Cycles.
+    """
     f, pdf = bsdf_eval(scene, sp, wi)
     if seen_by & LOBE_RAYS != LOBE_RAYS:
+        glass = glass_eval(sp, wi) if seen_by != 0 else NO_LOBES
         f = Lobes(
-            scale(f.diffuse, 1.0 if seen_by & RAY_DIFFUSE else 0.0),
-            scale(f.glossy, 1.0 if seen_by & RAY_GLOSSY else 0.0),
-            scale(f.transmission, 1.0 if seen_by & RAY_TRANSMIT else 0.0),
+            f.diffuse if seen_by & RAY_DIFFUSE else _BLACK,
+            f.glossy if seen_by & RAY_GLOSSY else glass.glossy,
+            f.transmission if seen_by & RAY_TRANSMIT else glass.transmission,
         )
     return f, pdf
 

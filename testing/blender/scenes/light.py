@@ -363,3 +363,15 @@ def lamps_without_mis():
     for light in lights:
         light.data.cycles.use_multiple_importance_sampling = False
     kit.world(lambda node: node("Background", Strength=0.0))
+
+
+@scene(1, 128)
+def limits_of_lamps():
+    """A lamp that mirrors show beyond its Max Bounces; one hidden from transmission, which rough glass is lit by."""
+    kit.floor()
+    mirror = kit.material(lambda node: node("BsdfGlossy", Roughness=0.0))
+    kit.put("cube", mirror, (-0.9, 0.2, 0.7), 0.6, rotation=(0, 0, 30))
+    kit.put("ball", kit.material(lambda node: node("BsdfGlass", Roughness=0.2, IOR=1.4)), (0.9, 0.0, 0.6), 0.6)
+    kit.light("AREA", 150.0, (-0.5, -2.5, 2.5), (-0.9, 0.0, 0.6), size=2.0).data.cycles.max_bounces = 0
+    kit.light("POINT", 60.0, (1.2, 1.8, 1.2), shadow_soft_size=0.3).visible_transmission = False
+    kit.world(lambda node: node("Background", Strength=0.0))
