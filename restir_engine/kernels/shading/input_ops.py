@@ -51,6 +51,7 @@ from .math_ops import clamp, divide
 from .operands import number, opcode, triple
 from .shift import barycentric_shift, footprint_axes, shifted_attribute, shifted_position
 
+_COARSE = 1.5 * 2.0**16  # a double that has no smaller bits than 2⁻³⁶
 _FARTHEST = 3.4028234663852886e38  # Ray Length of what has no distance, as Cycles has it
 
 
@@ -89,6 +90,12 @@ def camera_space(scene, sp, p):
     camera = camera_at(scene.camera, 0)
     q = transform_vector(camera.to_camera, p) if sp.instance < 0 else transform_point(camera.to_camera, p)
     return (q[0], q[1], -q[2])
+
+
+@inlined
+def _steady(p):
+    """A point to 2⁻³⁶ units: turned faces that lie at whole numbers do not flicker where nodes round coordinates."""
+    return (p[0] + _COARSE) - _COARSE, (p[1] + _COARSE) - _COARSE, (p[2] + _COARSE) - _COARSE
 
 
 @device
@@ -130,7 +137,7 @@ def _placed(scene, sp, what, offset, width):
         return vec(sp.p) if what != ops.POINT_TANGENT else (0.0, 0.0, 0.0)
     instance = placed_at(scene, sp.instance)
     if what == ops.POINT_OBJECT:
-        return transform_point(instance.to_object, shifted_position(sp, offset, width))
+        return _steady(transform_point(instance.to_object, shifted_position(sp, offset, width)))
     if what == ops.POINT_GENERATED:
         du, dv = barycentric_shift(sp, offset, width)
         return generated(scene, sp, du, dv)
@@ -156,7 +163,7 @@ def _parametric(sp, offset, width):
 def _geometry(scene, sp, what, offset, width):
     """A vector POINT_* at the point that offset and width name."""
     if what == ops.POINT_POSITION:
-        return shifted_position(sp, offset, width)
+        return _steady(shifted_position(sp, offset, width))
     if what == ops.POINT_NORMAL:
         return vec(sp.n)
     if what == ops.POINT_TRUE_NORMAL:

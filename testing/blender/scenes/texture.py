@@ -243,6 +243,11 @@ def bump():
         height = node("TexNoise", Vector=coordinates(node), Scale=6.0)
         return {"Surface": node("BsdfDiffuse"), "Displacement": node("Displacement", Height=height, Scale=0.2)}
 
+    def tiles(node):
+        coordinates = {0: node("TexCoord").outputs["Object"], 1: (0.25, 0.25, 0.25)}  # of a plane: 0 along z
+        return node("TexWhiteNoise", Vector=node("VectorMath", coordinates, operation="SNAP").outputs[0])
+
+    kit.put("plane", bumped(tiles, Distance=0.2), (0.0, 1.4, 1.0), 1.5, rotation=(80, 10, 20))
     kit.row(
         [
             bumped(lambda node: node("TexNoise", Vector=coordinates(node), Scale=8.0), Strength=0.8),
