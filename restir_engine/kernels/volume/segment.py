@@ -20,7 +20,6 @@ from ..core.records import (
     light_sample_at,
     media_at,
     shadow_at,
-    shadow_point_in,
 )
 from ..core.vec import dot, madd, max3, mul, neg, put, scale, vec
 from ..film.contribute import EMISSION, IN_MEDIUM, contribute, found
@@ -32,7 +31,8 @@ from ..subsurface.phase import around
 from .calls import BESIDE_LAMPS, TRACK, segment_start
 from .phase import phase_cosine, phase_value
 from .pivot import own_share
-from .stack import decay, entry_at, innermost, only_world
+from .stack import decay, entry_at, innermost
+from .through import find_world_medium
 from .towards_lamps import choose_target, target_angle, target_density
 from .tracking import coefficients
 
@@ -87,7 +87,7 @@ def follow_segment(scene, integrator, film, scratch, path, sp, reaches):
     media = media_at(scratch + SCRATCH_MEDIA, 0)
     if reaches < 0:
         # A ray that meets nothing is outside of every closed mesh.
-        only_world(scene, integrator, scratch + SCRATCH_MEDIA, shadow_point_in(scratch))
+        find_world_medium(scene, integrator, scratch, path, vec(path.o))
         if media.count == 0:
             return ARRIVES
     start = segment_start(path)

@@ -148,3 +148,12 @@ def smoke_world():
     kit.lamp(600.0)
     kit.put("ball", kit.diffuse((0.8, 0.3, 0.2)), (0.0, 0.0, 0.8), 0.8)
     kit.world(lambda node: {"Volume": node("VolumeScatter", Density=0.06, Color=(0.8, 0.9, 1.0), Anisotropy=0.3)})
+
+
+@scene(1, 96, volume_bounces=1)
+def smoke_beyond():
+    """Fog of the world behind what a ray passes or is scattered by, without a floor."""
+    kit.put("ball", scattering((0.8, 0.8, 0.8), 0.4), (-0.3, -0.6, 0.9), 0.7)
+    kit.put("ball", kit.diffuse((0.8, 0.3, 0.2)), (1.1, 0.0, 0.8), 0.5)
+    kit.light("POINT", 100.0, (0.6, 1.6, 1.4), shadow_soft_size=0.1)
+    kit.world(lambda node: {"Volume": node("VolumeScatter", Density=0.06, Color=(0.8, 0.9, 1.0))})
