@@ -27,7 +27,7 @@ from .scene.plain import plain_picture
 from .scene.scene import Scene
 from .scene.trees import Trees
 from .session import PREPARING, Session, Status, format_time, memory_in_use
-from .settings import RenderSettings
+from .settings import RenderSettings, resampled_shift
 from .upscale import KERNELS, guide_of, upscaled
 
 if TYPE_CHECKING:
@@ -315,6 +315,6 @@ def in_motion(settings: RenderSettings, temporal: bool = True) -> RenderSettings
     Paths of indirect light are reused, unless what was asked for is another kind of reuse: docs/results/restir-pt.md.
     """
     reuse = replace(settings.reuse, temporal=temporal, rounds=max(settings.reuse.rounds, 1))
-    if settings.sss_shift == "NONE" and reuse.paths == "DIRECT":
+    if resampled_shift(settings) == "NONE" and reuse.paths == "DIRECT":
         reuse = replace(reuse, paths="INDIRECT")
     return replace(settings, samples=1, use_denoising=False, reuse=reuse)

@@ -59,7 +59,7 @@ class RenderSettings:
     sss_irradiance_cache: bool = False  # HYBRID
     cycles_burley_kernel: bool = False
     exact_walks: bool = False
-    sss_shift: str = "NONE"  # RESTIR: NONE, AUTO, RECONNECTION, DELAYED, HYBRID, SEQUENTIAL, SEQUENTIAL_FAST
+    sss_shift: str = "AUTO"  # RESTIR: NONE, AUTO, BLOCKS, RECONNECTION, DELAYED, HYBRID, SEQUENTIAL, SEQUENTIAL_FAST
     sss_neighbours: int = 8  # pixels that each takes subsurface light from
     sss_temporal: bool = False  # and from the frame before
     sss_max_scatters: int = 0  # scattering events that a random walk may have; 0: unlimited, -1: none
@@ -112,6 +112,21 @@ class RenderSettings:
     def share(self) -> float:
         """What is taken of all samples: from 0 to 1."""
         return len(self.sample_range) / self.samples
+
+
+def is_denoised(settings: RenderSettings) -> bool:
+    """Whether the picture is to be denoised, here or by who asks for what denoisers need."""
+    return settings.use_denoising or any(name.startswith("Denoising") for name in settings.passes)
+
+
+def resampled_shift(settings: RenderSettings) -> str:
+    """How samples of subsurface light are shifted that are resampled; NONE: they are not (blocks share all of theirs).
+
+    What is best in time is told by docs/results/restir-sss.md.
+    """
+    if settings.sss_shift == "AUTO":
+        return "HYBRID" if settings.sss_temporal else "NONE"
+    return "NONE" if settings.sss_shift == "BLOCKS" else settings.sss_shift
 
 
 def carries_visibility(settings) -> bool:

@@ -42,6 +42,11 @@ Tile = tuple[int, int, int, int]  # x0, y0, x1, y1 in pixels of the film
 SSS_AFTER_DIFFUSE = {"ALWAYS": 0, "BURLEY_DIFFUSE": RAY_BURLEY_DIFFUSE, "DIFFUSE": RAY_SUBSURFACE_DIFFUSE}
 
 
+def frame_seed(seed: int, sample: int) -> int:
+    """A seed of 31 bits for what all pixels of a frame share."""
+    return (seed * 0x9E3779B1 + sample * 0x85EBCA6B + 1) & 0x7FFFFFFF
+
+
 class Stage(NamedTuple):
     """A step of a batch of samples: `run(item, scratch)` for each item on any thread, in any order; then `finish()`.
 

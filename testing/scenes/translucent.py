@@ -148,6 +148,7 @@ def subsurface_light(scene: Scene, samples: int, camera=None, history=None, **se
         "integrator": "RESTIR",
         "reuse": reuse,
         "sss_method": "DIFFUSION",
+        "sss_shift": "NONE",
         "max_bounces": 0,
         "threads": 1,
         "passes": passes,

@@ -31,8 +31,9 @@ from ...kernels.core.records import SCENE_HAS_SUBSURFACE, SCENE_HAS_VARYING_MEDI
 from ...scene.camera import Camera
 from ...scene.light_tiles import has_choice
 from ...scene.scene import Scene
-from ...settings import RenderSettings, required_passes
+from ...settings import RenderSettings, is_denoised, required_passes
 from ..base import Integrator, Stage, Tile
+from ..blocks.integrator import BlocksIntegrator, shares_exits
 from ..path.integrator import PathIntegrator
 from ..path.tile import render_tile
 from ..resampling.history import History
@@ -98,6 +99,8 @@ def integrator_of(
     if context.scene.record["flags"] & SCENE_HAS_VARYING_MEDIA:
         settings = _without_reuse(settings, context.scene)
     reuse = settings.reuse
+    if shares_exits(context.scene, settings):
+        return BlocksIntegrator(context, settings, film, bool(int(os.environ.get("TILES", "0"))))
     resamples = reuse.temporal or reuse.rounds or resamples_subsurface(context.scene, settings)
     if not reuse.pilot or resamples or "Visibility Estimate" in settings.passes:
         return RestirIntegrator(context, settings, film, history)
@@ -145,7 +148,7 @@ def can_reuse(context: FrameContext, settings: RenderSettings) -> bool:
     Denoisers take what neighbors share for a part of the picture: twice the error that they leave of PATH.
     """
     scene, camera = context.scene, context.camera
-    if settings.use_denoising or any(name.startswith("Denoising") for name in settings.passes):
+    if is_denoised(settings):
         return False
     still = not scene.record["shutter"] and not camera.texels and min(camera.film_size) >= 4 * BLOCK
     return still and resamples_paths(_with(settings, REUSED).reuse, scene)

@@ -1,7 +1,7 @@
 """The G-buffer of a frame: each pixel's path up to the vertex that is lit by resampling."""
 
 from ...kernels.core import rng
-from ...kernels.core.jit import device, inlined, kernel
+from ...kernels.core.jit import kernel
 from ...kernels.core.memory import copy_words, record_address
 from ...kernels.core.records import (
     CAMERA,
@@ -12,7 +12,6 @@ from ...kernels.core.records import (
     SCENE,
     SCRATCH_PATH,
     SHADING_POINT,
-    closure_at,
     path_at,
     shading_point_at,
     tile_camera,
@@ -21,42 +20,12 @@ from ...kernels.core.records import (
 )
 from ...kernels.film.frame_pixels import clear_pixel, is_active
 from ...kernels.lights.mean_visibility import MEAN_VISIBILITY_BYTES
-from ...kernels.lobes import bsdf_has_eval
-from ...kernels.lobes.closure import LOBE_SUBSURFACE
-from ...kernels.path.state import ENDS, GOES_ON, SHADES, start_path
-from ..path.bounce import bounce
-from ..path.trace import trace_ray
-from ..path.vertex import arrive
+from ...kernels.path.state import start_path
+from ..path.first_vertex import first_vertex
 from ..resampling.frame import FRAME
 
 POINT_WORDS, PATH_WORDS, CLOSURE_BYTES = SHADING_POINT.itemsize // 8, PATH.itemsize // 8, CLOSURE.itemsize
 CLOSURE_WORDS = CLOSURE_BYTES // 8
-
-
-@device
-def _is_lit(sp):
-    """Whether light sampling is of use at sp, or light scatters below it."""
-    scatters = False
-    for i in range(sp.n_closures):
-        scatters = scatters or closure_at(sp.closures, i).kind == LOBE_SUBSURFACE
-    return scatters or bsdf_has_eval(sp)
-
-
-@inlined
-def _first_vertex(scene, camera, integrator, film, scratch, path, sp, event):
-    """Follow the path, whose first event this is, to the first vertex that is lit; False when it ends before."""
-    if event == ENDS:
-        return False
-    while True:
-        if event == GOES_ON:
-            trace_ray(scene, camera, scratch, path)
-        event = arrive(scene, camera, integrator, film, scratch, path, sp)
-        if event == SHADES:
-            if _is_lit(sp):
-                return True
-            event = bounce(scene, integrator, path, sp)
-        if event == ENDS:
-            return False
 
 
 @kernel
@@ -84,7 +53,7 @@ def gbuffer_tile(
             key = rng.key(integrator.seed, x, y, 0)
             event = start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y)
             path.mean_visibility = frame.mean_visibilities + MEAN_VISIBILITY_BYTES * index
-            if not _first_vertex(scene, camera, integrator, film, scratch, path, sp, event):
+            if not first_vertex(scene, camera, integrator, film, scratch, path, sp, event):
                 continue
             if used + sp.n_closures <= capacity:
                 closures = pool + CLOSURE_BYTES * used

@@ -14,7 +14,7 @@ from ...kernels.core.memory import address
 from ...kernels.lights.tiles import fill_tiles
 from ...scene.light_tiles import LightTiles, has_choice, tile_count
 from ...settings import RenderSettings, carries_visibility
-from ..base import Integrator, Stage, Tile
+from ..base import Integrator, Stage, Tile, frame_seed
 from ..resampling.frame import Frame
 from ..resampling.history import History
 from ..resampling.reuse import Reuse
@@ -31,11 +31,6 @@ from .tile_frames import TileFrames
 
 GBUFFER, CANDIDATES, SHADE, FILM = map(Direct, (gbuffer_tile, candidates_tile, shade_tile, film_tile))
 MOST_FRAMES = 16  # of a batch, where a frame is not kept whole
-
-
-def frame_seed(seed: int, sample: int) -> int:
-    """A seed of 31 bits for what all pixels of a frame share."""
-    return (seed * 0x9E3779B1 + sample * 0x85EBCA6B + 1) & 0x7FFFFFFF
 
 
 class RestirIntegrator(Integrator):

@@ -64,7 +64,7 @@ BSSRDF = np.dtype(
         # How the last probe was chosen from x₁: the kind of its line, and its channel.
         ("line", np.int32),
         ("channel", np.int32),
-        ("unused", np.int32),
+        ("looks", np.float32),  # the chance that exits are looked for by a probe, where they are asked for
     ]
 )
 bssrdf_at = record_at(BSSRDF)
@@ -100,6 +100,7 @@ def start_bssrdf(b, sp, kind, weight, d, sampled, thickness):
     put(b.d, d)
     put(b.sampled, sampled)
     b.thickness = thickness
+    b.looks = 1.0
     z = _DEEP * dot(channel_shares(weight), sampled)
     b.depth = min(z, max(0.5 * thickness, _SHALLOW * z))
 

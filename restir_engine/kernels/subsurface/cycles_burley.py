@@ -8,12 +8,12 @@ from .probe import probe_frame
 from .profile import profile
 
 # Cycles' profile ends here, in d, and is scaled to hold everything within.
-_CYCLES_REACH = 16.0
-_CYCLES_F = 0.9963790093708328
+CYCLES_REACH = 16.0
+CYCLES_F = 0.9963790093708328
 
 # Of the largest d. Nearer to an axis than this is at this distance from it: a hit of the point itself is off by the
 # error of its ray, often along the normal, and r / r_a is then anything.
-_NEAREST = 1.0e-5
+NEAREST = 1.0e-5
 
 
 @inlined
@@ -21,7 +21,7 @@ def _cut(r, distance, d):
     """Σ_c B_c(r) of the channels whose profile, as Cycles ends it, reaches `distance`."""
     total = 0.0
     for c in range(3):
-        if distance <= _CYCLES_REACH * d[c]:
+        if distance <= CYCLES_REACH * d[c]:
             total += profile(r, d[c])
     return total
 
@@ -42,7 +42,7 @@ def cycles_kernel(offset, ny, n, d):
     if not total > 0.0:
         return (0.0, 0.0, 0.0)
     factor = 0.0
-    nearest = _NEAREST * max3(d)
+    nearest = NEAREST * max3(d)
     for axis in range(3):
         w = wn if axis == 0 else (wt if axis == 1 else wb)
         square = x * x + y * y if axis == 0 else (y * y + z * z if axis == 1 else x * x + z * z)
@@ -50,9 +50,9 @@ def cycles_kernel(offset, ny, n, d):
         sampled = _cut(ra, ra, d)
         if sampled > 0.0:
             factor += w * w * r / ra * _cut(ra, r, d) / sampled
-    factor /= total * _CYCLES_F
+    factor /= total * CYCLES_F
     return (
-        factor * profile(r, d[0]) if r <= _CYCLES_REACH * d[0] else 0.0,
-        factor * profile(r, d[1]) if r <= _CYCLES_REACH * d[1] else 0.0,
-        factor * profile(r, d[2]) if r <= _CYCLES_REACH * d[2] else 0.0,
+        factor * profile(r, d[0]) if r <= CYCLES_REACH * d[0] else 0.0,
+        factor * profile(r, d[1]) if r <= CYCLES_REACH * d[1] else 0.0,
+        factor * profile(r, d[2]) if r <= CYCLES_REACH * d[2] else 0.0,
     )

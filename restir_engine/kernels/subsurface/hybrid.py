@@ -267,6 +267,7 @@ def traced_exits(scene, integrator, scratch, wanted):
     b.kind = NONE
     if often > 0.0 and (looks or wanted != EXITS):
         _fill(scene, table, scratch, sp, weight, multiple, sigma_t, alpha, g, mu, thickness)
+        b.looks = p_often
     if wanted != BSSRDF_ALONE:
         if looks and often > 0.0:
             u_line = min((u_term - (1.0 - p_often)) / p_often, 1.0)

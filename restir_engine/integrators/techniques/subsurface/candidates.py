@@ -27,9 +27,8 @@ from ....kernels.core.vec import is_black, load3_f64, mul, put, scale, store3_f6
 from ....kernels.film.contribute import point_group
 from ....kernels.lights import light_is_sampled, light_sample, point_of_sample
 from ....kernels.lobes.classes import NO_LOBES
-from ....kernels.lobes.closure import LOBE_SUBSURFACE, P_BURLEY
-from ....kernels.lobes.dispatch import pick_closure
-from ....kernels.path.state import DIM_LIGHT, DIM_LIGHT_POINT, DIM_LOBE, DIMENSIONS
+from ....kernels.lobes.closure import P_BURLEY
+from ....kernels.path.state import DIM_LIGHT, DIM_LIGHT_POINT, DIMENSIONS
 from ....kernels.subsurface.bssrdf import (
     BSSRDF,
     BSSRDF_ALONE,
@@ -67,39 +66,13 @@ from .sample import (
     point_of,
     sample_at,
 )
+from .scatterer import scatterer_of
 from .target import PATH_WORDS, brightness, copy_point, diffuse_lobes, irradiance, irradiance_by, visibility
 
 BSSRDF_WORDS = BSSRDF.itemsize // 8
 _DIM_CANDIDATE = 4  # besides those of exits
-_CLOSURE = 0x53535343  # of the key by which a closure is chosen where the path takes another lobe
 # The disk that neighbours are searched on: so many scales of the profile, but not less or more pixels than these.
 SEARCH, LEAST_RADIUS, LARGEST_RADIUS = 2.0, 5.0, 30.0
-
-
-@device
-def _scatterer(sp, path):
-    """(closure that scatters, its share in all that do, whether the path takes it, the chance that it takes any).
-
-    -1: there is none.
-    """
-    scatters, total = 0.0, 0.0
-    for i in range(sp.n_closures):
-        c = closure_at(sp.closures, i)
-        total += c.sample_weight
-        if c.kind == LOBE_SUBSURFACE:
-            scatters += c.sample_weight
-    if not scatters > 0.0:
-        return -1, 0.0, False, 0.0
-    chosen, _, _ = pick_closure(sp, rng.sample1(path.key, path.sample, path.dimension + DIM_LOBE))
-    taken = chosen >= 0 and closure_at(sp.closures, chosen).kind == LOBE_SUBSURFACE
-    if not taken:
-        left = scatters * rng.sample1(rng.hash_combine(path.key, _CLOSURE), path.sample, path.dimension)
-        for i in range(sp.n_closures):
-            c = closure_at(sp.closures, i)
-            if c.kind == LOBE_SUBSURFACE and c.sample_weight > 0.0 and left >= 0.0:
-                chosen = i
-                left -= c.sample_weight
-    return chosen, closure_at(sp.closures, chosen).sample_weight / scatters, taken, scatters / total
 
 
 @inlined
@@ -205,7 +178,7 @@ def _go_on(scene, integrator, film, frame, scratch, pixel, sp, n, lit, dimension
 def _draw(scene, integrator, film, reuse, frame, scratch, pixel, medium, burley, last):
     """Fill a pixel's domain, its reservoir and its exit."""
     kept, path = point_at(frame, pixel), path_at(frame.paths, pixel)
-    scatterer, share, taken, chance = _scatterer(kept, path)
+    scatterer, share, taken, chance = scatterer_of(kept, path)
     if scatterer < 0:
         return
     c = closure_at(kept.closures, scatterer)

@@ -10,12 +10,12 @@ import numpy as np
 from ....kernels.core.memory import address
 from ....kernels.core.records import SCENE_HAS_SUBSURFACE
 from ....kernels.subsurface.methods import exits_entries, has_exits
-from ....settings import RenderSettings
+from ....settings import RenderSettings, resampled_shift
 from ...base import Tile
 from ...resampling.frame import Frame
 from ...resampling.reuse import Reuse
 from .candidates import subsurface_candidates_tile
-from .row import AUTO, AUTO_IN_TIME, subsurface_techniques
+from .row import subsurface_techniques
 from .sample import POINT, SUBSURFACE_RESERVOIR
 from .shade import add_light, go_on
 
@@ -30,10 +30,7 @@ class SubsurfaceLayer:
     def __init__(self, settings: RenderSettings) -> None:
         self._codes = exits_entries(settings.sss_method)
         self.shading = add_light.address, go_on.address
-        shift = settings.sss_shift
-        if shift == "AUTO":
-            shift = AUTO_IN_TIME if settings.sss_temporal else AUTO
-        first, *later = subsurface_techniques(shift)
+        first, *later = subsurface_techniques(resampled_shift(settings))
         options = replace(
             settings.reuse, rounds=1 + len(later), temporal=settings.sss_temporal, by_channel=False, pattern="DISK",
             neighbours=settings.sss_neighbours, mis="DEFENSIVE", visibility="TARGET", history_target="BEFORE",
@@ -62,5 +59,7 @@ class SubsurfaceLayer:
 def resamples_subsurface(scene: Scene, settings: RenderSettings) -> bool:
     """Whether the settings ask for the layer, and the scene has what it serves."""
     return bool(
-        settings.sss_shift != "NONE" and scene.record["flags"] & SCENE_HAS_SUBSURFACE and has_exits(settings.sss_method)
+        resampled_shift(settings) != "NONE"
+        and scene.record["flags"] & SCENE_HAS_SUBSURFACE
+        and has_exits(settings.sss_method)
     )

@@ -9,7 +9,7 @@ from .sample import SUBSURFACE
 from .shift import hybrid, reconnect, replay, replay_any_hit
 from .target import target_subsurface
 
-# By RenderSettings.sss_shift the entries of each round of spatial reuse; temporal reuse shifts as the first.
+# By settings.resampled_shift the entries of each round of spatial reuse; temporal reuse shifts as the first.
 SHIFTS: dict[str, tuple[dict[str, Entry], ...]] = {
     "RECONNECTION": ({"shift": reconnect},),
     "DELAYED": ({"shift": replay},),
@@ -17,8 +17,6 @@ SHIFTS: dict[str, tuple[dict[str, Entry], ...]] = {
     "SEQUENTIAL": ({"shift": reconnect, "merge": redraw_numbers}, {"shift": replay}),
     "SEQUENTIAL_FAST": ({"shift": reconnect, "merge": redraw_line}, {"shift": replay_any_hit}),
 }
-# What AUTO stands for, without and with reuse in time: see docs/results/restir-sss.md.
-AUTO, AUTO_IN_TIME = "RECONNECTION", "HYBRID"
 
 
 def subsurface_techniques(shift: str) -> list[np.ndarray]:

@@ -1,0 +1,109 @@
+"""Path tracing with shared exits, as a session drives it."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from functools import partial
+
+import numpy as np
+
+from ...context import FrameContext
+from ...film import Film
+from ...kernels.core.direct import Direct
+from ...kernels.core.memory import address
+from ...kernels.core.records import SCENE_HAS_SUBSURFACE
+from ...kernels.lights.tiles import fill_tiles
+from ...kernels.subsurface.methods import exits_entries, has_exits
+from ...scene.light_tiles import LightTiles, tile_count
+from ...scene.scene import Scene
+from ...settings import RenderSettings, is_denoised
+from ..base import Integrator, Stage, Tile, frame_seed
+from .block import BLOCK, SIDE, block_bytes
+from .tile import blocks_tile
+
+BLOCKS = Direct(blocks_tile)
+
+# Pixels along a block's side. HYBRID's light that is not shared is noise of its own, so that fewer do.
+SIDES = {"HYBRID": SIDE // 2}
+MOST_FRAMES = 16  # of a batch
+
+
+class BlocksIntegrator(Integrator):
+    """The blocks' kernel with a context, settings and a film; from_tiles: whether lights come from tiles."""
+
+    max_batch = MOST_FRAMES
+
+    def __init__(self, context: FrameContext, settings: RenderSettings, film: Film, from_tiles: bool = False) -> None:
+        tiles = None
+        if from_tiles:
+            candidates, count = max(settings.reuse.light_candidates, 1), tile_count(film.width * film.height)
+            tiles = LightTiles(context.scene, count, candidates=candidates, control_variates=not film.has_light_groups)
+        super().__init__(context.with_tiles(tiles) if tiles else context, settings, film)
+        self.side = int(os.environ.get("SIDE", SIDES.get(settings.sss_method, SIDE)))
+        self.spread = 2 if is_denoised(settings) else 1
+        if "SPREAD" in os.environ:
+            self.spread = int(os.environ["SPREAD"])
+        self._codes = exits_entries(settings.sss_method)
+        groups = context.scene.light_groups
+        self._groups = int(groups[0]["count"]) if film.has_light_groups else 0
+        self._idle: deque[np.ndarray] = deque()
+
+    def kernels(self) -> list:
+        """The one that renders a tile, and what fills light tiles."""
+        return [blocks_tile, *([fill_tiles] if self.context.tiles else [])]
+
+    def stages(self, first_sample: int, samples: int) -> list[Stage]:
+        """One for each sample: its blocks have places of their own, which tiles follow."""
+        found = []
+        for sample in range(first_sample, first_sample + samples):
+            seed = frame_seed(self.settings.seed, sample)
+            if self.context.tiles:
+                tiles = [(tile, tile + 1) for tile in range(self.context.tiles.count)]
+                found.append(Stage(partial(self._fill_tiles, seed), tiles))
+            wide = self.side * self.spread
+            corner = (seed % wide, seed // wide % wide) if self.settings.reuse.moving_blocks else (0, 0)
+            run = partial(self._render, sample, seed, corner)
+            found.append(Stage(run, self.film.tiles(*corner), finish=self.end_batch))
+        return found
+
+    def _fill_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
+        self.context.fill_tiles(seed, scratch, *tiles)
+
+    def _render(self, sample: int, seed: int, corner: tuple[int, int], tile: Tile, scratch: np.ndarray) -> None:
+        """corner: by how many pixels blocks begin before multiples of their side, along x and y."""
+        block = self._take_block()
+        context = self.context
+        args = context.address, int(context.record["camera"]), address(self.record), self.film.address
+        BLOCKS(
+            *args, address(scratch), address(block), *self._codes, self.side, self.spread, seed, *corner, *tile, sample
+        )
+        self._idle.append(block)
+        self.add_catchers(tile, scratch, sample, 1)
+
+    def _take_block(self) -> np.ndarray:
+        """Working memory of a block, for one thread."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            memory = np.zeros(block_bytes(self._groups) + 64, np.uint8)
+            memory = memory[-address(memory) % 64 :]
+            memory[: BLOCK.itemsize].view(BLOCK)["groups"] = self._groups
+            return memory
+
+
+def shares_exits(scene: Scene, settings: RenderSettings) -> bool:
+    """Whether pixels of a render share exits in blocks: the settings let them, and the scene has what is served.
+
+    Nothing is shared between moments, at which surfaces are elsewhere, nor where light is resampled in other ways.
+    """
+    wanted = settings.sss_shift in ("AUTO", "BLOCKS")
+    served = scene.record["flags"] & SCENE_HAS_SUBSURFACE and has_exits(settings.sss_method)
+    if not (wanted and served) or settings.sss_temporal:
+        return False
+    reuse = settings.reuse
+    alone = not reuse.temporal and not reuse.rounds and "Visibility Estimate" not in settings.passes
+    if settings.sss_shift == "BLOCKS" and not (alone and not scene.record["shutter"]):
+        text = "below surfaces is off: there are no Blocks with motion blur or with reuse of direct light"
+        scene.warnings.add("Render", "Reuse", text)
+    return alone and not scene.record["shutter"]
