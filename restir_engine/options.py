@@ -207,16 +207,23 @@ SCENE_OPTIONS: dict[str, Option] = {
     ),
     "sss_shift": Option(
         "Reuse",
-        "ReSTIR: pixels share where light leaves the objects they show, of Hybrid and Diffusion. What differs is how a "
-        "path of one pixel becomes one of another",
+        "ReSTIR: pixels share where light leaves the objects they show, of Hybrid and Diffusion",
         choices=(
             ("NONE", "None", "Each pixel on its own"),
-            ("AUTO", "Automatic", "What measures best: Reconnection, or Hybrid with Reuse in Time"),
+            ("AUTO", "Automatic", "What measures best: Blocks, or Hybrid with Reuse in Time"),
+            (
+                "BLOCKS",
+                "Blocks",
+                "All that the pixels of a block have found lights each of them: no rays. Measured in close-ups, in "
+                "the same time: 0.06 to 0.14 of path tracing's error, of Hybrid 0.3 to 0.6. Not with motion blur, nor "
+                "with reuse of direct light",
+            ),
             (
                 "RECONNECTION",
                 "Reconnection",
-                "The exit is kept: no rays. Measured in close-ups: 0.4 to 0.65 of the error of as many samples, about "
-                "that of path tracing in the same time. Not with Reuse in Time: bright dots stay",
+                "Samples of neighbors are resampled. The exit is kept: no rays. Measured in close-ups: 0.4 to 0.65 of "
+                "the error of as many samples, about that of path tracing in the same time. Not with Reuse in Time: "
+                "bright dots stay",
             ),
             ("DELAYED", "Delayed Reconnection", "The exit is looked for again, the light is kept: two rays a path"),
             ("HYBRID", "Hybrid", "Reconnection for exits that are far away, else Delayed Reconnection"),

@@ -9,7 +9,7 @@ import bpy
 from ..restir_engine import denoise, warning_log
 from ..restir_engine.reuse_settings import OPTIONS
 from ..restir_engine.scene.cryptomatte import KINDS
-from ..restir_engine.settings import PASSES, carries_visibility
+from ..restir_engine.settings import PASSES, carries_visibility, resampled_shift
 from .shared import RestirPanel, view_layer_list
 
 
@@ -137,9 +137,11 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
         reuse.active = own.integrator == "RESTIR"
         reuse.prop(own, "sss_shift")
         several = reuse.column()
-        several.active = own.sss_shift != "NONE"
+        several.active = resampled_shift(own) != "NONE"
         several.prop(own, "sss_neighbours")
-        several.prop(own, "sss_temporal")
+        in_time = reuse.column()
+        in_time.active = own.sss_shift not in ("NONE", "BLOCKS")
+        in_time.prop(own, "sss_temporal")
         column.prop(own, "cycles_burley_kernel")
         column.prop(own, "sss_after_diffuse")
 

@@ -52,7 +52,7 @@ def shapes_kernel(block, path, domains, count, points, normals, samples, ours, t
 
 
 def shapes(domains: np.ndarray, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """S of points (n, 3) with their normals for domains (m,) of BSSRDF: (as blocks have it, as `diffused`), (n, m, 3)."""
+    """S of points (n, 3) with normals for domains (m,) of BSSRDF, (n, m, 3): as blocks have it, as `diffused` does."""
     block = np.zeros(block_bytes(0) + 64, np.uint8)
     block = block[-address(block) % 64 :]
     assert not block[: BLOCK.itemsize].any()

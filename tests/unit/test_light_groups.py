@@ -71,7 +71,8 @@ WAYS = {
     "by channel": ("room", {"reuse": ReuseSettings(by_channel=True, **SPATIAL)}),
     "whole": ("room", {"reuse": ReuseSettings(paths="WHOLE", temporal=True, **SPATIAL)}),
     "indirect": ("room", {"reuse": ReuseSettings(paths="INDIRECT", **SPATIAL)}),
-    "below": ("skin", {"reuse": ReuseSettings(pilot=False), "sss_method": "HYBRID", "sss_shift": "AUTO"}),
+    "below": ("skin", {"reuse": ReuseSettings(pilot=False), "sss_method": "HYBRID", "sss_shift": "RECONNECTION"}),
+    "blocks": ("skin", {"reuse": ReuseSettings(pilot=False), "sss_method": "DIFFUSION", "sss_shift": "BLOCKS"}),
 }
 
 

@@ -78,7 +78,7 @@ def test_what_moves_is_seen_coarsely_first_and_then_in_full(live):
     assert off(4) < 0.3 * off(0)
 
 
-@pytest.mark.parametrize("shift", ["NONE", "AUTO"], ids=["indirect", "direct"])
+@pytest.mark.parametrize("shift", ["AUTO", "RECONNECTION"], ids=["indirect", "direct"])
 @pytest.mark.parametrize("edited, step", [(False, 0), (False, 1), (True, 0)], ids=["nothing", "camera", "lamp"])
 def test_pictures_in_motion_resample_the_one_before(live, edited, step, shift):
     """The second coarse picture's samples stand for more than the candidates of a frame, a pixel's and its neighbors'.
@@ -93,10 +93,10 @@ def test_pictures_in_motion_resample_the_one_before(live, edited, step, shift):
         live.wait(300.0)
     history = live._last[2]
     moving = in_motion(settings)
-    assert moving.reuse.paths == ("INDIRECT" if shift == "NONE" else "DIRECT")
+    assert moving.reuse.paths == ("INDIRECT" if shift == "AUTO" else "DIRECT")
     assert history.serves((moving.reuse, moving.sss_shift, moving.sss_method))
     most, fresh = history.before.frame.reservoirs["confidence"].max(), 1.0 + moving.reuse.neighbours
-    assert most <= fresh if edited and shift == "NONE" else most > fresh
+    assert most <= fresh if edited and shift == "AUTO" else most > fresh
 
 
 def test_another_scene_takes_the_place_of_the_first(live):

@@ -177,9 +177,10 @@ def test_a_tile_at_a_time_is_the_frame(scene, monkeypatch, tile):
         {"integrator": "RESTIR", "reuse": ReuseSettings(pilot=False)},
         {"integrator": "RESTIR", "reuse": ReuseSettings(temporal=True, rounds=1)},
         {"integrator": "RESTIR", "reuse": ReuseSettings(paths="INDIRECT", temporal=True, rounds=1)},
-        {"integrator": "RESTIR", "sss_shift": "AUTO", "sss_method": "DIFFUSION"},
+        {"integrator": "RESTIR", "sss_shift": "RECONNECTION", "sss_method": "DIFFUSION"},
+        {"integrator": "RESTIR", "sss_shift": "BLOCKS", "sss_method": "DIFFUSION"},
     ],
-    ids=["path", "tiles", "direct", "indirect", "subsurface"],
+    ids=["path", "tiles", "direct", "indirect", "subsurface", "blocks"],
 )
 def test_what_a_session_has_used_is_given_up_with_it(scene, settings):
     """Nothing in it refers to itself: arrays of a kilobyte a pixel would wait for the garbage collector."""

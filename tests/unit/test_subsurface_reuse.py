@@ -181,7 +181,7 @@ def test_light_that_goes_on_from_the_fresh_candidate_is_that_of_path(method, alo
     assert verdict is Verdict.SAME
 
 
-QUICK = [(shift, "DIFFUSION") for shift in SHIFTS] + [("RECONNECTION", "HYBRID")]
+QUICK = [(shift, "DIFFUSION") for shift in ("BLOCKS", *SHIFTS)] + [("BLOCKS", "HYBRID"), ("RECONNECTION", "HYBRID")]
 
 
 @pytest.mark.parametrize(("shift", "method"), QUICK)
@@ -196,8 +196,7 @@ def test_what_moves_keeps_the_mean_as_far_as_told(last):
 
 @pytest.mark.deep
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("temporal", [False, True])
-@pytest.mark.parametrize("shift", SHIFTS)
+@pytest.mark.parametrize(("shift", "temporal"), [("BLOCKS", False), *((s, t) for s in SHIFTS for t in (False, True))])
 def test_reuse_keeps_the_mean(shift, temporal, method, still):
     check(still, sss_shift=shift, sss_temporal=temporal, sss_method=method)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from functools import partial
 
@@ -26,6 +25,9 @@ BLOCKS = Direct(blocks_tile)
 
 # Pixels along a block's side. HYBRID's light that is not shared is noise of its own, so that fewer do.
 SIDES = {"HYBRID": SIDE // 2}
+# Of how many pixels along each side a block has one. Where a denoiser follows, neighbors belong to different blocks: it
+# takes what they share for a part of the picture.
+DENOISED_SPREAD = 2
 MOST_FRAMES = 16  # of a batch
 
 
@@ -40,10 +42,8 @@ class BlocksIntegrator(Integrator):
             candidates, count = max(settings.reuse.light_candidates, 1), tile_count(film.width * film.height)
             tiles = LightTiles(context.scene, count, candidates=candidates, control_variates=not film.has_light_groups)
         super().__init__(context.with_tiles(tiles) if tiles else context, settings, film)
-        self.side = int(os.environ.get("SIDE", SIDES.get(settings.sss_method, SIDE)))
-        self.spread = 2 if is_denoised(settings) else 1
-        if "SPREAD" in os.environ:
-            self.spread = int(os.environ["SPREAD"])
+        self.side = SIDES.get(settings.sss_method, SIDE)
+        self.spread = DENOISED_SPREAD if is_denoised(settings) else 1
         self._codes = exits_entries(settings.sss_method)
         groups = context.scene.light_groups
         self._groups = int(groups[0]["count"]) if film.has_light_groups else 0

@@ -5,6 +5,9 @@ the light is behind walls, they bring nothing for the time they take. All WAYS h
 draws a few samples of a small picture of the scene, and the render is of the one with the least noise in the same time.
 The choice depends on these samples and on what ways are known to cost, not on a clock: a seed gives one picture.
 
+Exits of light that diffuses below surfaces are shared by blocks of pixels in any case, where nothing else is reused
+(`integrators.blocks`): no scene is known where that does not pay.
+
 Whole paths that neighbors share (`REUSED`) are noise of another kind, and it depends on how near neighbors
 are: they are tried in blocks of the picture itself, beside PATH, and taken where they gain by a MARGIN. What they cost
 follows from how many vertices, shifts and replayed bounces there are (techniques.path.work).
@@ -31,7 +34,7 @@ from ...kernels.core.records import SCENE_HAS_SUBSURFACE, SCENE_HAS_VARYING_MEDI
 from ...scene.camera import Camera
 from ...scene.light_tiles import has_choice
 from ...scene.scene import Scene
-from ...settings import RenderSettings, is_denoised, required_passes
+from ...settings import RenderSettings, is_denoised, required_passes, resampled_shift
 from ..base import Integrator, Stage, Tile
 from ..blocks.integrator import BlocksIntegrator, shares_exits
 from ..path.integrator import PathIntegrator
@@ -99,18 +102,21 @@ def integrator_of(
     if context.scene.record["flags"] & SCENE_HAS_VARYING_MEDIA:
         settings = _without_reuse(settings, context.scene)
     reuse = settings.reuse
-    if shares_exits(context.scene, settings):
-        return BlocksIntegrator(context, settings, film, bool(int(os.environ.get("TILES", "0"))))
+    shares = shares_exits(context.scene, settings)
     resamples = reuse.temporal or reuse.rounds or resamples_subsurface(context.scene, settings)
-    if not reuse.pilot or resamples or "Visibility Estimate" in settings.passes:
+    if not shares and (not reuse.pilot or resamples or "Visibility Estimate" in settings.passes):
         return RestirIntegrator(context, settings, film, history)
     walks = bool(context.scene.record["flags"] & SCENE_HAS_SUBSURFACE)
     trial = replace(settings, seed=settings.seed ^ TRIAL_SEED)
     chosen, worth = WAYS[0], 1.0
     if has_choice(context.scene):
-        chosen, worth = _best(context, trial, _samples(film, settings, settings.share, walks), walks)
-        if chosen is None:
-            return RestirIntegrator(context, settings, film, history)
+        samples = _samples(film, settings, settings.share, walks)
+        chosen, worth = _best(context, trial, samples, walks) if reuse.pilot else (None, 1.0)
+    if shares:
+        from_tiles = chosen is None or chosen.kind is RestirIntegrator
+        return BlocksIntegrator(context, settings, film, from_tiles)
+    if chosen is None:
+        return RestirIntegrator(context, settings, film, history)
     # Parts of a render, which take a share of its samples, choose alike.
     if _samples(film, settings, 1.0, walks) >= LONG and not walks and can_reuse(context, settings):
         begin([gbuffer_tile, *PathSteps.kernels, spatial_tile, shift_path])  # while PATH's is waited for
@@ -159,7 +165,8 @@ def _without_reuse(settings: RenderSettings, scene: Scene) -> RenderSettings:
     reuse = settings.reuse
     if reuse.temporal or reuse.rounds or resamples_subsurface(scene, settings):
         scene.warnings.add("Render", "Reuse", "is off, as there are volumes that vary in space")
-    return replace(settings, sss_shift="NONE", reuse=replace(reuse, temporal=False, rounds=0))
+    shift = settings.sss_shift if resampled_shift(settings) == "NONE" else "NONE"
+    return replace(settings, sss_shift=shift, reuse=replace(reuse, temporal=False, rounds=0))
 
 
 def smaller(camera: Camera, pixels: int) -> Camera:
