@@ -78,7 +78,7 @@ def stage(body) -> Builder:
 
 @pytest.fixture(scope="module")
 def ball():
-    return stage((icosphere(0.5, 3), skin(0.5), matrix()))
+    return stage((icosphere(0.5, 3), skin(2.0), matrix()))
 
 
 def render(scene, **changes) -> np.ndarray:
