@@ -1,14 +1,15 @@
 """ReSTIR SSS beside path-traced DIFFUSION, after its paper's experiments: `python -m benchmarks.restir_sss [SCENE …]`.
 
-Four scenes of testing/scenes/translucent.py: a thin ear with light from behind, a ball among many lights, under a large
-light, and under the boundary of a shadow; direct light from below the surface, in close-ups. The error is the mean
-squared one, (x - r)² / (r² + 0.01), of the pixels that show a translucent body. Prints tables in Markdown:
+Scenes of testing/scenes/translucent.py: a thin ear with light from behind, a ball among many lights, under a large
+light, and under the boundary of a shadow; that boundary in a part of a picture of 1280 pixels; with RESTIR_ASSETS a
+dragon. Direct light from below the surface. The error is the mean squared one, (x - r)² / (r² + 0.01), of the pixels
+that show a translucent body. Prints tables in Markdown:
 
 still    the error of so many samples, and error × processor time against PATH's: what it is at equal time
 path     one sample a frame while the camera turns through 16 frames: the mean error and time of the frames, their
          product against PATH's, and the errors of frames 1, 2, 4, 8 and 16
 
-Times are of one thread. References are PATH's, of other seeds.
+Times are of one thread. References are PATH's, of other seeds. `--method` is the subsurface method.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from testing.scenes.translucent import EXPERIMENTS, camera_at, experiment, subsu
 
 PATH = {"integrator": "PATH"}
 NAMES = ("RECONNECTION", "DELAYED", "HYBRID", "SEQUENTIAL", "SEQUENTIAL_FAST")
-STILL = {"PATH": PATH, "no reuse": {}, **{name: {"sss_shift": name} for name in NAMES}}
+BLOCKS = {"sss_shift": "BLOCKS"}
+STILL = {"PATH": PATH, "no reuse": {}, "BLOCKS": BLOCKS, **{name: {"sss_shift": name} for name in NAMES}}
 IN_TIME = {f"{name}, in time": {"sss_shift": name, "sss_temporal": True} for name in NAMES}
 FRAMES, STEP = 16, 1.0  # of the camera's path; degrees a frame
 SHOWN = (1, 2, 4, 8, 16)
@@ -33,17 +35,23 @@ def error(picture: np.ndarray, reference: np.ndarray) -> float:
     return float(((picture - reference) ** 2 / (reference**2 + 0.01))[seen].mean())
 
 
-def averaged(scene, samples: int, camera=None) -> np.ndarray:
+def averaged(scene, args, camera=None) -> np.ndarray:
     """PATH's light, of seeds that nothing else uses."""
-    return subsurface_light(scene, samples, camera, seed=9_999, **PATH).rgb
+    return subsurface_light(scene, args.reference, camera, seed=9_999, sss_method=args.method, **PATH).rgb
+
+
+def chosen(rows: dict[str, dict], args) -> list[tuple[str, dict]]:
+    """Those rows that are asked for, with their settings."""
+    wanted = args.rows.split(",") if args.rows else rows
+    return [(row, {"sss_method": args.method, **rows[row]}) for row in wanted]
 
 
 def stills(name: str, args) -> None:
     """Rows of still frames of a scene."""
     scene = experiment(name, args.size)
-    reference = averaged(scene, args.reference)
+    reference = averaged(scene, args)
     base = 0.0
-    for row, settings in STILL.items():
+    for row, settings in chosen(STILL, args):
         subsurface_light(scene, 1, **settings)
         found = [subsurface_light(scene, args.samples, seed=1 + seed, **settings) for seed in range(args.seeds)]
         off = np.mean([error(light.rgb, reference) for light in found])
@@ -55,10 +63,10 @@ def stills(name: str, args) -> None:
 def turns(name: str, args) -> None:
     """Rows of a camera's path about a scene."""
     scene = experiment(name, args.size)
-    cameras = [camera_at(STEP * frame, args.size) for frame in range(FRAMES)]
-    references = [averaged(scene, args.reference, camera) for camera in cameras]
+    cameras = [camera_at(name, STEP * frame, args.size) for frame in range(FRAMES)]
+    references = [averaged(scene, args, camera) for camera in cameras]
     base = 0.0
-    for row, settings in (STILL | IN_TIME).items():
+    for row, settings in chosen(STILL | IN_TIME, args):
         errors, seconds = np.zeros(FRAMES), 0.0
         subsurface_light(scene, 1, **settings)
         for seed in range(args.seeds):
@@ -83,6 +91,8 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=8, help="of still frames")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--reference", type=int, default=1024, help="samples of references")
+    parser.add_argument("--method", choices=("DIFFUSION", "HYBRID"), default="DIFFUSION")
+    parser.add_argument("--rows", help="names of rows, with commas; the first is what the others are compared with")
     parser.add_argument("--part", choices=("still", "path"), help="one of the tables alone")
     args = parser.parse_args()
     names = args.scenes or list(EXPERIMENTS)

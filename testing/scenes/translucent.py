@@ -1,11 +1,14 @@
-"""Bodies through which light diffuses: a ball, a thin ear, instances, in all of which something may move; and the four
+"""Bodies through which light diffuses: a ball, a thin ear, instances, in all of which something may move; and the
 scenes of the experiments of benchmarks/restir_sss.py."""
 
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -111,25 +114,55 @@ def shadow(b: Builder) -> None:
     b.lamp(point_lamp(matrix((-1.6, -3.2, 1.8)), 120.0 * np.ones(3), 0.03, seen_by=UNSEEN))
 
 
-EXPERIMENTS: dict[str, Callable[[Builder], None]] = {
-    "thin ear": ear,
-    "many lights": many_lights,
-    "large light": large_light,
-    "shadow boundary": shadow,
+def dragon(b: Builder) -> None:
+    """A dragon of 202,520 triangles in front of one large lamp and before another."""
+    lines = (Path(os.environ["RESTIR_ASSETS"]) / "stanford" / "dragon_vrip_res2.ply").read_text().splitlines()
+    count = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
+    first = lines.index("end_header") + 1
+    x, y, z = np.array([line.split() for line in lines[first : first + count]], float).T
+    vertices = 9.0 * np.column_stack([x, -z, y - 0.12])
+    triangles = np.array([line.split()[1:] for line in lines[first + count :] if line], np.int32)
+    b.add((vertices, triangles), skin(), matrix())
+    b.lamp(area_lamp(matrix((0.5, -0.8, 2.2), (0.2, -0.4, 1.0)), 60.0 * np.ones(3), 1.0, 1.0, seen_by=UNSEEN))
+    b.lamp(area_lamp(matrix((0.3, 3.0, 0.5), (0.1, 1.0, 0.2)), 100.0 * np.ones(3), 0.5, 0.5, seen_by=UNSEEN))
+
+
+class Experiment(NamedTuple):
+    """What is added to a scene, and where it is seen from near: side of the whole picture, part of it in the middle."""
+
+    add: Callable[[Builder], None]
+    whole: int = 0  # pixels; 0: the picture is the whole
+    middle: tuple[float, float] = (0.5, 0.5)
+
+
+EXPERIMENTS: dict[str, Experiment] = {
+    "thin ear": Experiment(ear),
+    "many lights": Experiment(many_lights),
+    "large light": Experiment(large_light),
+    "shadow boundary": Experiment(shadow),
+    "shadow, near": Experiment(shadow, 1280, (0.36, 0.5)),
+    "dragon": Experiment(dragon),
 }
+if "RESTIR_ASSETS" not in os.environ:
+    del EXPERIMENTS["dragon"]
 
 
-def camera_at(turn: float, size: int) -> Camera:
-    """A close-up from in front, `turn` degrees to the side."""
+def camera_at(name: str, turn: float, size: int) -> Camera:
+    """A close-up of one of EXPERIMENTS from in front, `turn` degrees to the side."""
     angle = math.radians(turn)
-    return look((2.6 * math.sin(angle), -2.6 * math.cos(angle), 0.4), (0.0, 0.0, 0.0), size)
+    camera = look((2.6 * math.sin(angle), -2.6 * math.cos(angle), 0.4), (0.0, 0.0, 0.0), size)
+    whole, middle = EXPERIMENTS[name][1:]
+    if not whole:
+        return camera
+    corner = (round(whole * at - size / 2) for at in middle)
+    return replace(camera, width=whole, height=whole, region=(*corner, size, size))
 
 
 def experiment(name: str, size: int) -> Scene:
     """One of EXPERIMENTS, committed."""
     b = Builder()
-    EXPERIMENTS[name](b)
-    return b.finish(camera_at(0.0, size))
+    EXPERIMENTS[name].add(b)
+    return b.finish(camera_at(name, 0.0, size))
 
 
 class Light(NamedTuple):
