@@ -87,26 +87,27 @@ class RenderSettings:
     @property
     def sample_range(self) -> range:
         """The samples that are taken, out of range(samples); a view layer's are the share that is the scene's."""
-        whole, first = self._counted, self.sample_offset
+        whole, first = self.total_samples, self.sample_offset
         last = min(first + self.sample_subset, whole) if self.sample_subset else whole
         return range(first * self.samples // whole, last * self.samples // whole)
 
     @property
-    def _counted(self) -> int:
+    def total_samples(self) -> int:
+        """What sample ranges are of."""
         return self.scene_samples or self.samples
 
     def require_samples(self) -> None:
         """Raise SceneError where the range begins behind the last sample."""
-        if self.sample_offset >= self._counted:
+        if self.sample_offset >= self.total_samples:
             raise SceneError(
-                f"The range of samples begins after {self.sample_offset}, but there are {self._counted}: lower Offset "
-                "or raise Samples in Render Properties > Sampling."
+                f"The range of samples begins after {self.sample_offset}, but there are {self.total_samples}: lower "
+                "Offset or raise Samples in Render Properties > Sampling."
             )
 
     @property
     def is_part(self) -> bool:
         """Whether the render is of some samples alone, to be merged with the others."""
-        return self.sample_offset > 0 or 0 < self.sample_subset < self._counted
+        return self.sample_offset > 0 or 0 < self.sample_subset < self.total_samples
 
     @property
     def share(self) -> float:

@@ -112,14 +112,19 @@ def _scene():
 
 def _frame(row: int) -> Frame:
     """A frame whose pixels are the toy's, with the worlds from a row on."""
-    frame = Frame(SIZE, SIZE, 1, np.zeros((SIZE, SIZE, 4), np.float32), RESERVOIR)
-    which = domains()
-    x, y = np.moveaxis(toy.PLACES[which], -1, 0)
+    frame = pixel_frame(RESERVOIR)
+    frame.points["closures"] = address(WORLDS) + ROW_BYTES * (domains() + row)
+    return frame
+
+
+def pixel_frame(reservoir: np.dtype) -> Frame:
+    """A frame whose pixels are where the toy's are; what they point to is still missing."""
+    frame = Frame(SIZE, SIZE, 1, np.zeros((SIZE, SIZE, 4), np.float32), reservoir)
+    x, y = np.moveaxis(toy.PLACES[domains()], -1, 0)
     points = frame.points
     points["instance"], points["n"], points["t"] = 0, (0.0, 0.0, 1.0), 3.0
     points["p"] = np.stack([x, y, np.zeros_like(x)], -1)
     points["u"], points["v"] = 0.5 * (x - y), 0.5 * (y + 1.0)  # of the triangle (-1, -1), (1, -1), (1, 1)
-    points["closures"] = address(WORLDS) + ROW_BYTES * (which + row)
     return frame
 
 
@@ -163,6 +168,10 @@ class Toy:
             stage.finish()
         return frame
 
+    def integrals(self) -> list[float]:
+        """The truth of each of the toy's pixels."""
+        return [toy.integral(i) for i in range(toy.PIXELS)]
+
     def z_scores(self, seeds: int, first: int = 0) -> np.ndarray:
         """How far the means of the pixels' light are from the integrals, in standard errors, for each of the toy's."""
         which = domains()
@@ -171,8 +180,7 @@ class Toy:
             light = self.frame(seed).light[..., 0].astype(float)
             means.append([light[which == i].mean() for i in range(toy.PIXELS)])
         means = np.array(means)
-        truth = np.array([toy.integral(i) for i in range(toy.PIXELS)])
-        return (means.mean(0) - truth) / (means.std(0, ddof=1) / math.sqrt(seeds))
+        return (means.mean(0) - self.integrals()) / (means.std(0, ddof=1) / math.sqrt(seeds))
 
 
 def rng_seed(seed: int, stream: int) -> int:

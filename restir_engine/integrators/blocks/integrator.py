@@ -28,13 +28,13 @@ SIDES = {"HYBRID": SIDE // 2}
 # Of how many pixels along each side a block has one. Where a denoiser follows, neighbors belong to different blocks: it
 # takes what they share for a part of the picture.
 DENOISED_SPREAD = 2
-MOST_FRAMES = 16  # of a batch
+PLACES, LONGEST_RUN = 16, 16  # that blocks have in a render, at least; samples with the same, at most
 
 
 class BlocksIntegrator(Integrator):
     """The blocks' kernel with a context, settings and a film; from_tiles: whether lights come from tiles."""
 
-    max_batch = MOST_FRAMES
+    max_batch = 4 * LONGEST_RUN
 
     def __init__(self, context: FrameContext, settings: RenderSettings, film: Film, from_tiles: bool = False) -> None:
         tiles = None
@@ -44,6 +44,8 @@ class BlocksIntegrator(Integrator):
         super().__init__(context.with_tiles(tiles) if tiles else context, settings, film)
         self.side = SIDES.get(settings.sss_method, SIDE)
         self.spread = DENOISED_SPREAD if is_denoised(settings) else 1
+        # In long renders blocks stay where they are for some samples, each of which would be a round of all threads.
+        self._run = 1 if tiles or self.cache else min(max(settings.total_samples // PLACES, 1), LONGEST_RUN)
         self._codes = exits_entries(settings.sss_method)
         groups = context.scene.light_groups
         self._groups = int(groups[0]["count"]) if film.has_light_groups else 0
@@ -54,32 +56,37 @@ class BlocksIntegrator(Integrator):
         return [blocks_tile, *([fill_tiles] if self.context.tiles else [])]
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
-        """One for each sample: its blocks have places of their own, which tiles follow."""
-        found = []
-        for sample in range(first_sample, first_sample + samples):
-            seed = frame_seed(self.settings.seed, sample)
+        """One for each run of samples whose blocks have the same places, which tiles follow."""
+        found, first, end = [], first_sample, first_sample + samples
+        while first < end:
+            count = min(self._run - first % self._run, end - first)
             if self.context.tiles:
                 tiles = [(tile, tile + 1) for tile in range(self.context.tiles.count)]
-                found.append(Stage(partial(self._fill_tiles, seed), tiles))
-            wide = self.side * self.spread
-            corner = (seed % wide, seed // wide % wide) if self.settings.reuse.moving_blocks else (0, 0)
-            run = partial(self._render, sample, seed, corner)
-            found.append(Stage(run, self.film.tiles(*corner), finish=self.end_batch))
+                found.append(Stage(partial(self._fill_tiles, frame_seed(self.settings.seed, first)), tiles))
+            found.append(self._stage(first, count))
+            first += count
         return found
+
+    def _stage(self, first: int, count: int) -> Stage:
+        seed, wide = frame_seed(self.settings.seed, first // self._run), self.side * self.spread
+        corner = (seed % wide, seed // wide % wide) if self.settings.reuse.moving_blocks else (0, 0)
+        run = partial(self._render, first, count, seed, corner)
+        return Stage(run, self.film.tiles(*corner), finish=self.end_batch)
 
     def _fill_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
         self.context.fill_tiles(seed, scratch, *tiles)
 
-    def _render(self, sample: int, seed: int, corner: tuple[int, int], tile: Tile, scratch: np.ndarray) -> None:
-        """corner: by how many pixels blocks begin before multiples of their side, along x and y."""
+    def _render(
+        self, first: int, count: int, seed: int, corner: tuple[int, int], tile: Tile, scratch: np.ndarray
+    ) -> None:
+        """corner: by how many pixels the first blocks begin before the film, along x and y."""
         block = self._take_block()
         context = self.context
         args = context.address, int(context.record["camera"]), address(self.record), self.film.address
-        BLOCKS(
-            *args, address(scratch), address(block), *self._codes, self.side, self.spread, seed, *corner, *tile, sample
-        )
+        places = self.side, self.spread, seed, *corner
+        BLOCKS(*args, address(scratch), address(block), *self._codes, *places, *tile, first, count)
         self._idle.append(block)
-        self.add_catchers(tile, scratch, sample, 1)
+        self.add_catchers(tile, scratch, first, count)
 
     def _take_block(self) -> np.ndarray:
         """Working memory of a block, for one thread."""

@@ -45,6 +45,8 @@ def _pixel_of(seed, column, row, spread, member):
 
     spread is a power of two. The pixels of a cell belong to as many blocks, which of them to which is left to chance.
     """
+    if spread == 1:
+        return column, row
     index = member ^ (rng.hash_combine(rng.hash_combine(seed, column), row) & (spread * spread - 1))
     return spread * column + index % spread, spread * row + index // spread
 
@@ -52,13 +54,15 @@ def _pixel_of(seed, column, row, spread, member):
 @kernel
 def blocks_tile(
     scene: SCENE, camera: CAMERA, integrator: INTEGRATOR, film: FILM, scratch, block, medium, burley,
-    side, spread, seed, left, below, x0, y0, x1, y1, sample,
+    side, spread, seed, left, below,
+    x0, y0, x1, y1, first_sample, samples,
 ):  # fmt: skip
-    """Add a sample to each pixel of a tile.
+    """Add so many samples to each pixel of a tile.
 
     A block has a pixel of each of side × side cells of `spread` × `spread` pixels. The first cells begin `left` and
-    `below` before the film; seed: of the frame. block: working memory, see `block_bytes`; medium, burley: code of
-    kernels.subsurface.methods.EXITS for media and for materials that ask for BURLEY, 0: they are not served.
+    `below` before the film; seed: of who belongs to which block. block: working memory, see `block_bytes`; medium,
+    burley: code of kernels.subsurface.methods.EXITS for media and for materials that ask for BURLEY, 0: they are not
+    served.
     """
     whole = scene
     scene, camera = tile_scene(whole, scratch, 0), tile_camera(camera, scratch, 0)
@@ -66,25 +70,27 @@ def blocks_tile(
     b = block_at(block, 0)
     sampled = light_is_sampled(scene)
     wide = side * spread
-    for area in range((y0 + below) // wide, (y1 - 1 + below) // wide + 1):
+    for row in range((y0 + below) // wide, (y1 - 1 + below) // wide + 1):
         for column in range((x0 + left) // wide, (x1 - 1 + left) // wide + 1):
-            for member in range(spread * spread):
+            for turn in range(samples * spread * spread):
+                sample, member = first_sample + turn // (spread * spread), turn % (spread * spread)
                 begin_block(block)
-                for cell in range(side * side):
-                    x, y = _pixel_of(seed, column * side + cell % side, area * side + cell // side, spread, member)
-                    x, y = x - left, y - below
-                    if x < x0 or x >= x1 or y < y0 or y >= y1 or not is_active(film, x, y):
-                        continue
-                    pixel = film.pixels + 4 * film.channels * (y * film.width + x)
-                    key = rng.key(integrator.seed, x, y, 0)
-                    if whole.caught != 0:
-                        scene = tile_scene(whole, scratch, 0)
-                    event = start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y)
-                    if first_vertex(scene, camera, integrator, film, scratch, path, sp, event):
-                        event = SHADES
-                        if sampled and scatters_below(sp):
-                            direct_light(scene, integrator, film, scratch, path, sp, 1)
-                            event = enter_block(scene, integrator, film, scratch, block, path, sp, medium, burley)
-                        trace_path(scene, camera, integrator, film, scratch, event, 1)
+                for place_y in range(row * side, row * side + side):
+                    for place_x in range(column * side, column * side + side):
+                        x, y = _pixel_of(seed, place_x, place_y, spread, member)
+                        x, y = x - left, y - below
+                        if x < x0 or x >= x1 or y < y0 or y >= y1 or not is_active(film, x, y):
+                            continue
+                        pixel = film.pixels + 4 * film.channels * (y * film.width + x)
+                        key = rng.key(integrator.seed, x, y, 0)
+                        if whole.caught != 0:
+                            scene = tile_scene(whole, scratch, 0)
+                        event = start_path(scene, camera, integrator, scratch, pixel, key, sample, x, y)
+                        if first_vertex(scene, camera, integrator, film, scratch, path, sp, event):
+                            event = SHADES
+                            if sampled and scatters_below(sp):
+                                direct_light(scene, integrator, film, scratch, path, sp, 1)
+                                event = enter_block(scene, integrator, film, scratch, block, path, sp, medium, burley)
+                            trace_path(scene, camera, integrator, film, scratch, event, 1)
                 if b.domains > 0:
                     _light(integrator, film, block)
