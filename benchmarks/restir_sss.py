@@ -6,6 +6,7 @@ dragon. Direct light from below the surface. The error is the mean squared one, 
 that show a translucent body. Prints tables in Markdown:
 
 still    the error of so many samples, and error × processor time against PATH's: what it is at equal time
+denoised the errors of Combined before and after it is denoised, of several numbers of samples
 path     one sample a frame while the camera turns through 16 frames: the mean error and time of the frames, their
          product against PATH's, and the errors of frames 1, 2, 4, 8 and 16
 
@@ -18,6 +19,9 @@ import argparse
 
 import numpy as np
 
+from restir_engine.integrators.blocks import integrator as blocks
+from restir_engine.session import Session
+from restir_engine.settings import RenderSettings
 from testing.scenes.translucent import EXPERIMENTS, camera_at, experiment, subsurface_light
 
 PATH = {"integrator": "PATH"}
@@ -25,6 +29,7 @@ NAMES = ("RECONNECTION", "DELAYED", "HYBRID", "SEQUENTIAL", "SEQUENTIAL_FAST")
 BLOCKS = {"sss_shift": "BLOCKS"}
 STILL = {"PATH": PATH, "no reuse": {}, "BLOCKS": BLOCKS, **{name: {"sss_shift": name} for name in NAMES}}
 IN_TIME = {f"{name}, in time": {"sss_shift": name, "sss_temporal": True} for name in NAMES}
+DENOISED_SAMPLES = 4, 16, 64
 FRAMES, STEP = 16, 1.0  # of the camera's path; degrees a frame
 SHOWN = (1, 2, 4, 8, 16)
 
@@ -60,6 +65,34 @@ def stills(name: str, args) -> None:
         print(f"| {name} | {row} | {off:.5f} | {seconds:.2f} | {off * seconds / base:.2f} |", flush=True)
 
 
+def denoised(name: str, args) -> None:
+    """Rows of pictures before and after they are denoised, by PATH's."""
+    import bpy  # noqa: F401, by which its library is found
+
+    scene = experiment(name, args.size)
+
+    def picture(spread: int, samples: int, seed: int, filtered: bool, **settings) -> np.ndarray:
+        blocks.DENOISED_SPREAD = spread
+        fixed = {"integrator": "RESTIR", "sss_method": args.method, "max_bounces": 2, "threads": 1}
+        session = Session(scene, RenderSettings(samples=samples, seed=seed, use_denoising=filtered, **fixed | settings))
+        assert session.render()
+        return np.array(session.combined())[..., :3].astype(float)
+
+    ways = {"PATH": (1, PATH), "contiguous": (1, BLOCKS), "BLOCKS": (blocks.DENOISED_SPREAD, BLOCKS)}
+    reference = picture(1, args.reference, 9_999, False, **BLOCKS)
+    for samples in DENOISED_SAMPLES:
+        base: tuple = ()
+        for row, (spread, settings) in ways.items():
+            found = [
+                [error(picture(spread, samples, seed, filtered, **settings), reference) for filtered in (False, True)]
+                for seed in range(1, 1 + args.seeds)
+            ]
+            raw, after = np.mean(found, 0)
+            base = base or (raw, after)
+            cells = f"{raw:.5f} | {raw / base[0]:.2f} | {after:.5f} | {after / base[1]:.2f}"
+            print(f"| {name} | {samples} | {row} | {cells} |", flush=True)
+
+
 def turns(name: str, args) -> None:
     """Rows of a camera's path about a scene."""
     scene = experiment(name, args.size)
@@ -93,9 +126,16 @@ def main() -> None:
     parser.add_argument("--reference", type=int, default=1024, help="samples of references")
     parser.add_argument("--method", choices=("DIFFUSION", "HYBRID"), default="DIFFUSION")
     parser.add_argument("--rows", help="names of rows, with commas; the first is what the others are compared with")
-    parser.add_argument("--part", choices=("still", "path"), help="one of the tables alone")
+    parser.add_argument(
+        "--part", choices=("still", "denoised", "path"), help="one of the tables alone; denoised is no part of all"
+    )
     args = parser.parse_args()
     names = args.scenes or list(EXPERIMENTS)
+    if args.part == "denoised":
+        print("| scene | samples | | error | by PATH's | denoised | by PATH's |\n|---|---|---|---|---|---|---|")
+        for name in names:
+            denoised(name, args)
+        return
     if args.part != "path":
         print("| scene | still | error | CPU s | error × time, PATH = 1 |\n|---|---|---|---|---|")
         for name in names:

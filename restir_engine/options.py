@@ -337,6 +337,14 @@ VIEW_LAYER_OPTIONS: dict[str, Option] = {
         "scene.restir.reuse.visibility = REUSED or ESTIMATED, which scripts can set",
         default=False,
     ),
+    "use_pass_subsurface_reuse": Option(
+        "Subsurface Reuse",
+        "Deliver what reuse of subsurface light does. Subsurface Shift: the shares of samples that were found in the "
+        "pixel (red), that came with their exit (green), and whose exit was found again (blue). Subsurface Reuse: "
+        "confidence, the share of shifts that succeed, and the radius in which neighbors are looked for, in pixels. "
+        "Needs the integrator ReSTIR and Reuse by a shift, not Blocks",
+        default=False,
+    ),
     "use_pass_shadow_catcher": Option(
         "Shadow Catcher",
         "Deliver the factor by which objects darken or brighten shadow catchers, to multiply footage with. Combined "

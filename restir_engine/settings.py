@@ -130,6 +130,11 @@ def resampled_shift(settings: RenderSettings) -> str:
     return "NONE" if settings.sss_shift == "BLOCKS" else settings.sss_shift
 
 
+def resamples_below(settings) -> bool:
+    """Whether samples of subsurface light are resampled where there are any; `settings`: as for carries_visibility."""
+    return settings.integrator == "RESTIR" and resampled_shift(settings) != "NONE"
+
+
 def carries_visibility(settings) -> bool:
     """Whether samples keep a visibility V̄ of their own; `settings`: RenderSettings, or properties of those names."""
     return settings.integrator == "RESTIR" and settings.reuse.visibility in ("REUSED", "ESTIMATED")
@@ -229,6 +234,10 @@ PASSES: tuple[Pass, ...] = (
     *(_subsurface(part) for part in ("", "Boundary", "Single", "Multiple")),
     # V̄ by channel, and the share of the samples that have one; both by all samples (associated alpha).
     Pass("Visibility Estimate", "Visibility", "", "RGBA", "COLOR", "", own="use_pass_visibility"),
+    # How samples of subsurface light got to a pixel: shares of those found there, kept, found again, and of all there
+    # are. Confidence, share of the shifts that succeed, radius of the search in pixels.
+    Pass("Subsurface Shift", "SSSShift", "", "RGBA", "COLOR", "", own="use_pass_subsurface_reuse"),
+    Pass("Subsurface Reuse", "SSSReuse", "", "XYZ", "VECTOR", "", own="use_pass_subsurface_reuse"),
     Pass(SAMPLE_COUNT, SAMPLE_COUNT, "", "X", "VALUE", "", own="use_pass_sample_count", averaged=False),
     Pass(
         SHADOW_CATCHER,

@@ -9,7 +9,7 @@ import bpy
 from ..restir_engine import denoise, warning_log
 from ..restir_engine.reuse_settings import OPTIONS
 from ..restir_engine.scene.cryptomatte import KINDS
-from ..restir_engine.settings import PASSES, carries_visibility, resampled_shift
+from ..restir_engine.settings import PASSES, carries_visibility, resampled_shift, resamples_below
 from .shared import RestirPanel, view_layer_list
 
 
@@ -233,6 +233,9 @@ class RESTIR_VIEWLAYER_PT_passes(RestirPanel, bpy.types.Panel):
         column.prop(layer.restir, "use_pass_shadow_catcher")
         column.prop(layer.restir, "use_pass_denoising")
         column.prop(layer.restir, "use_pass_sample_count")
+        reuse = column.column()
+        reuse.active = resamples_below(context.scene.restir)
+        reuse.prop(layer.restir, "use_pass_subsurface_reuse")
         visibility = column.column()
         visibility.active = carries_visibility(context.scene.restir)
         visibility.prop(layer.restir, "use_pass_visibility")

@@ -28,7 +28,7 @@ from ..kernels.subsurface.methods import scatter_entries
 from ..kernels.subsurface.probe import MAX_HITS
 from ..kernels.volume.entries import media_entries
 from ..kernels.volume.stack import OVERFLOWS as MEDIA_OVERFLOWS
-from ..settings import PASSES, RenderSettings, carries_visibility, filter_table
+from ..settings import PASSES, RenderSettings, carries_visibility, filter_table, resamples_below
 from .irradiance_cache import IrradianceCache
 
 if TYPE_CHECKING:
@@ -93,6 +93,9 @@ class Integrator:
         if "Visibility Estimate" in settings.passes and not carries_visibility(settings):
             text = "the pass is empty: it needs the integrator ReSTIR, its shadows reused or estimated"
             scene.warnings.add("Render", "Visibility Estimate", text)
+        if "Subsurface Reuse" in settings.passes and not resamples_below(settings):
+            text = "the passes are empty: they need the integrator ReSTIR, and a shift as Reuse of subsurface light"
+            scene.warnings.add("Render", "Subsurface Reuse", text)
 
     @property
     def tables(self) -> tuple[np.ndarray, ...]:

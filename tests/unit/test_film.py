@@ -22,7 +22,8 @@ def test_every_pass_that_kernels_write_has_a_field_in_the_film_record():
     fieldless = [item for item in PASSES if item.field not in rec.FILM.names]
     catchers = ["Shadow Catcher", "Bare Catcher", "Catcher Backdrop"]  # in records of their own: Film.caught_record
     names = [item.name for item in fieldless if not item.slots]
-    assert names == ["Visibility Estimate", "Debug Sample Count", *catchers, "Noisy Image"]
+    own = ["Visibility Estimate", "Subsurface Shift", "Subsurface Reuse", "Debug Sample Count"]  # integrators'
+    assert names == [*own, *catchers, "Noisy Image"]
     assert all(item.name[-2:] != "00" for item in fieldless)  # the first pass of a kind stands for all its slots
     assert all(item.kind in ("VALUE", "VECTOR", "COLOR") for item in PASSES)
 

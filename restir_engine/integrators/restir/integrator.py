@@ -24,6 +24,7 @@ from ..techniques.direct.row import direct_technique
 from ..techniques.direct.sample import DIRECT_RESERVOIR
 from ..techniques.direct.visibility import visibility_of
 from ..techniques.subsurface.layer import SubsurfaceLayer, resamples_subsurface
+from ..techniques.subsurface.watch import add_watched, watches
 from .gbuffer import gbuffer_tile
 from .paths import PathSteps, resamples_paths
 from .shade import film_tile, shade_tile
@@ -156,6 +157,8 @@ class RestirIntegrator(Integrator):
             sums = self.film.sums("Visibility Estimate")
             sums[..., :3] += np.nan_to_num(v)
             sums[..., 3] += np.isfinite(v).mean(-1)
+        if self.subsurface and watches(self.settings.passes):
+            add_watched(self.film, self.settings.passes, self.frame.companion)
         if self.reuse.settings.temporal or (self.subsurface and self.subsurface.reuse.settings.temporal):
             self.frame = self.history.remember(self, self.frame) or self._new_frame()
 

@@ -11,7 +11,15 @@ straight through or scatters once (HYBRID) are lit here, and the path goes on by
 
 from ....kernels.core import rng
 from ....kernels.core.jit import device, inlined, kernel
-from ....kernels.core.memory import call_for_outcome, copy_words, load_f64, record_address, store_f32, store_f64
+from ....kernels.core.memory import (
+    call_for_outcome,
+    clear_record,
+    copy_words,
+    load_f64,
+    record_address,
+    store_f32,
+    store_f64,
+)
 from ....kernels.core.records import (
     FILM,
     INTEGRATOR,
@@ -65,6 +73,7 @@ from .sample import (
     found_by,
     point_of,
     sample_at,
+    watched_of,
 )
 from .scatterer import scatterer_of
 from .target import PATH_WORDS, brightness, copy_point, diffuse_lobes, irradiance, irradiance_by, visibility
@@ -240,5 +249,6 @@ def subsurface_candidates_tile(
             clear_groups(frame, reuse, pixel)
             bssrdf_at(point_of(frame, pixel), 0).kind = NONE
             exit_of(frame, pixel).primitive = NOT_SERVED
+            clear_record(watched_of(frame, pixel))
             if point_at(frame, pixel).instance >= 0:
                 _draw(scene, integrator, film, reuse, frame, scratch, pixel, medium, burley, last)

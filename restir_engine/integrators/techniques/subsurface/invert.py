@@ -149,8 +149,9 @@ def _hit_at(scene, table, scratch, b, offset, x, line, channel):
     return found
 
 
-@inlined
-def _redraw(domain, shifted, chosen, look):
+@device
+def redraw(domain, shifted, chosen, look):
+    """Draw line and channel of the sample that a pixel has chosen anew; look: whether to find out which hit it is."""
     d = domain_at(domain, 0)
     scene = scene_of(d)
     b = bssrdf_at(point_of(frame_at(d.frame, 0), d.pixel), 0)
@@ -169,10 +170,10 @@ def _redraw(domain, shifted, chosen, look):
 @entry
 def redraw_numbers(domain, shifted, table, n, chosen):
     """Line, channel and hit of the sample that a pixel has chosen are drawn anew (see resampling.technique, merge)."""
-    _redraw(domain, shifted, chosen, True)
+    redraw(domain, shifted, chosen, True)
 
 
 @entry
 def redraw_line(domain, shifted, table, n, chosen):
     """The same for line and channel alone: the probe that would tell the hit is not traced."""
-    _redraw(domain, shifted, chosen, False)
+    redraw(domain, shifted, chosen, False)

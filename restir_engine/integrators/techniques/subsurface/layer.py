@@ -18,6 +18,7 @@ from .candidates import subsurface_candidates_tile
 from .row import subsurface_techniques
 from .sample import POINT, SUBSURFACE_RESERVOIR
 from .shade import add_light, go_on
+from .watch import watches
 
 if TYPE_CHECKING:
     from ....context import FrameContext
@@ -30,7 +31,7 @@ class SubsurfaceLayer:
     def __init__(self, settings: RenderSettings) -> None:
         self._codes = exits_entries(settings.sss_method)
         self.shading = add_light.address, go_on.address
-        first, *later = subsurface_techniques(resampled_shift(settings))
+        first, *later = subsurface_techniques(resampled_shift(settings), watches(settings.passes))
         options = replace(
             settings.reuse, rounds=1 + len(later), temporal=settings.sss_temporal, by_channel=False, pattern="DISK",
             neighbours=settings.sss_neighbours, mis="DEFENSIVE", visibility="TARGET", history_target="BEFORE",

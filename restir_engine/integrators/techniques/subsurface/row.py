@@ -8,6 +8,7 @@ from .invert import redraw_line, redraw_numbers
 from .sample import SUBSURFACE
 from .shift import hybrid, reconnect, replay, replay_any_hit
 from .target import target_subsurface
+from .watch import WATCHED
 
 # By settings.resampled_shift the entries of each round of spatial reuse; temporal reuse shifts as the first.
 SHIFTS: dict[str, tuple[dict[str, Entry], ...]] = {
@@ -19,6 +20,12 @@ SHIFTS: dict[str, tuple[dict[str, Entry], ...]] = {
 }
 
 
-def subsurface_techniques(shift: str) -> list[np.ndarray]:
-    """TECHNIQUE records (1,) of the rounds; compiles their entries, or loads them from the cache."""
-    return [technique_row(SUBSURFACE, target=target_subsurface, **entries) for entries in SHIFTS[shift]]
+def subsurface_techniques(shift: str, watched: bool = False) -> list[np.ndarray]:
+    """TECHNIQUE records (1,) of the rounds; compiles their entries, or loads them from the cache.
+
+    watched: whether what reuse does is noted for passes.
+    """
+    rounds = SHIFTS[shift]
+    if watched:
+        rounds = [entries | {"merge": WATCHED[entries.get("merge")]} for entries in rounds]
+    return [technique_row(SUBSURFACE, target=target_subsurface, **entries) for entries in rounds]

@@ -50,9 +50,15 @@ EXIT = np.dtype(  # by which the path of the fresh candidate goes on
     ]
 )
 NO_EXIT, NOT_SERVED = -1, -2  # the path ends here; it is followed by the method itself
-POINT = np.dtype([("bssrdf", BSSRDF), ("exit", EXIT)])  # what is kept of a pixel
-POINT_BYTES, _EXIT_OFFSET = POINT.itemsize, POINT.fields["exit"][1]
+# How a pixel's sample got there: it was found there; its exit was kept by a shift, or found again.
+OWN, KEPT, REPLAYED = range(3)
+WATCHED = np.dtype(  # what passes tell of a pixel's reuse
+    [("origin", np.int32), ("shifts", np.int32), ("succeeded", np.int32), ("unused", np.int32)]
+)
+POINT = np.dtype([("bssrdf", BSSRDF), ("exit", EXIT), ("watched", WATCHED)])  # what is kept of a pixel
+POINT_BYTES, _EXIT_OFFSET, _WATCHED_OFFSET = POINT.itemsize, POINT.fields["exit"][1], POINT.fields["watched"][1]
 _exit_at = record_at(EXIT)
+_watched_at = record_at(WATCHED)
 
 
 @inlined
@@ -65,6 +71,12 @@ def point_of(frame, pixel):
 def exit_of(frame, pixel):
     """The EXIT of a pixel."""
     return _exit_at(point_of(frame, pixel) + _EXIT_OFFSET, 0)
+
+
+@inlined
+def watched_of(frame, pixel):
+    """The WATCHED of a pixel."""
+    return _watched_at(point_of(frame, pixel) + _WATCHED_OFFSET, 0)
 
 
 @inlined
