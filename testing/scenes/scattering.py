@@ -28,7 +28,8 @@ def subsurface_program(color, radius, g=0.0, roughness=0.5, ior=1.4, method="RAN
     constants = np.array([1.0, 1.0, 1.0, *color, 1.0, *radius, ior, roughness, g], float)
     words = [0, 3, 6, 7, 10, 11, 12, -1, METHODS[method], ENTRIES[entry], POSITIVE]
     code = np.array([SUBSURFACE, len(words), *words, ops.END, 0], np.int32)
-    return Program(code, constants, flags=rec.MATERIAL_SUBSURFACE)
+    burley = rec.MATERIAL_BURLEY if method == "BURLEY" else 0
+    return Program(code, constants, flags=rec.MATERIAL_SUBSURFACE | burley)
 
 
 def singular_program(opcode: int, *inputs) -> Program:

@@ -17,6 +17,7 @@ from restir_engine.settings import RenderSettings, required_passes
 from testing.kernels.blocks import shapes
 from testing.scenes.lights import matrix
 from testing.scenes.rooms import Builder, diffuse, look, scaled
+from testing.scenes.scattering import subsurface_program
 from testing.scenes.shapes import QUAD, icosphere
 from testing.scenes.translucent import skin
 
@@ -149,8 +150,17 @@ def test_with_motion_blur_nothing_is_shared(ball):
     """Surfaces are elsewhere at another time; who asks for it is told."""
     settings = replace(SETTINGS, sss_shift="BLOCKS")
     assert blocks.shares_exits(ball, settings)
-    still = ball.record["shutter"]
-    assert not still
-    moving = type("Moving", (), {"record": {"flags": ball.record["flags"], "shutter": 1}, "warnings": ball.warnings})
-    assert not blocks.shares_exits(moving, settings)
-    assert any("Blocks" in str(warning) for warning in ball.warnings)
+
+    class Moving:
+        record, warnings, have_flag = {"shutter": 1}, ball.warnings, ball.have_flag
+
+    assert not blocks.shares_exits(Moving, settings)
+    assert any("Blocks" in line for line in ball.warnings.lines())
+
+
+@pytest.mark.parametrize("method", ["BURLEY", "RANDOM_WALK"])
+def test_materials_that_ask_for_walks_share_nothing(method):
+    body = subsurface_program((0.8, 0.5, 0.35), (0.2, 0.08, 0.05), method=method)
+    scene = stage((icosphere(0.5, 2), body, matrix()))
+    shares = kind(scene, sss_method="FROM_MATERIAL") is blocks.BlocksIntegrator
+    assert shares == (method == "BURLEY")

@@ -11,9 +11,8 @@ from ...context import FrameContext
 from ...film import Film
 from ...kernels.core.direct import Direct
 from ...kernels.core.memory import address
-from ...kernels.core.records import SCENE_HAS_SUBSURFACE
 from ...kernels.lights.tiles import fill_tiles
-from ...kernels.subsurface.methods import exits_entries, has_exits
+from ...kernels.subsurface.methods import exits_entries, exits_flag
 from ...scene.light_tiles import LightTiles, tile_count
 from ...scene.scene import Scene
 from ...settings import RenderSettings, is_denoised
@@ -105,8 +104,7 @@ def shares_exits(scene: Scene, settings: RenderSettings) -> bool:
     Nothing is shared between moments, at which surfaces are elsewhere, nor where light is resampled in other ways.
     """
     wanted = settings.sss_shift in ("AUTO", "BLOCKS")
-    served = scene.record["flags"] & SCENE_HAS_SUBSURFACE and has_exits(settings.sss_method)
-    if not (wanted and served) or settings.sss_temporal:
+    if not wanted or settings.sss_temporal or not scene.have_flag(exits_flag(settings.sss_method)).any():
         return False
     reuse = settings.reuse
     alone = not reuse.temporal and not reuse.rounds and "Visibility Estimate" not in settings.passes

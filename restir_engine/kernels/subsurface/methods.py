@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.jit import Entry, inlined, load
 from ..core.memory import address, call_for_outcome, load_i64, record_address
-from ..core.records import SCENE_HAS_SUBSURFACE, closure_at
+from ..core.records import MATERIAL_BURLEY, MATERIAL_SUBSURFACE, SCENE_HAS_SUBSURFACE, closure_at
 from ..lobes.closure import P_BURLEY
 from ..path.state import ENDS
 from . import method_table as at
@@ -66,9 +66,12 @@ def scatter_entries(scene_flags: int, method: str = "FROM_MATERIAL", options: in
     return table
 
 
-def has_exits(method: str) -> bool:
-    """Whether a name of METHODS follows anything by a method that knows a BSSRDF."""
-    return any(entry in EXITS for entry in METHODS[method])
+def exits_flag(method: str) -> int:
+    """The MATERIAL_* bit of what a name of METHODS follows by a method that knows a BSSRDF; 0: nothing."""
+    medium, burley = METHODS[method]
+    if medium in EXITS:
+        return MATERIAL_SUBSURFACE
+    return MATERIAL_BURLEY if burley in EXITS else 0
 
 
 def exits_entries(method: str) -> tuple[int, int]:

@@ -101,5 +101,7 @@ def note_subsurface(c, node, weight: int | None) -> None:
     if weight is not None and c.constant_value(weight) == (0.0,):
         return
     c.flags |= rec.MATERIAL_SUBSURFACE
+    if any(hasattr(node, attribute) and choice(c, node, attribute) == "BURLEY" for attribute in _METHODS):
+        c.flags |= rec.MATERIAL_BURLEY
     if c.is_linked(node, "Normal"):
         c.flags |= rec.MATERIAL_BUMPED_EXIT

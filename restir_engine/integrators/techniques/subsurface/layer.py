@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ....kernels.core.memory import address
-from ....kernels.core.records import SCENE_HAS_SUBSURFACE
-from ....kernels.subsurface.methods import exits_entries, has_exits
+from ....kernels.subsurface.methods import exits_entries, exits_flag
 from ....settings import RenderSettings, resampled_shift
 from ...base import Tile
 from ...resampling.frame import Frame
@@ -59,8 +58,4 @@ class SubsurfaceLayer:
 
 def resamples_subsurface(scene: Scene, settings: RenderSettings) -> bool:
     """Whether the settings ask for the layer, and the scene has what it serves."""
-    return bool(
-        resampled_shift(settings) != "NONE"
-        and scene.record["flags"] & SCENE_HAS_SUBSURFACE
-        and has_exits(settings.sss_method)
-    )
+    return resampled_shift(settings) != "NONE" and bool(scene.have_flag(exits_flag(settings.sss_method)).any())

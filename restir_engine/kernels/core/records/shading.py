@@ -30,6 +30,7 @@ MATERIAL_BUMP_UNCORRECTED = 256  # its bumped normals are taken as they are
 MATERIAL_MEDIUM_VARIES = 512  # and that medium varies in space: its program runs at points inside
 MATERIAL_MEDIUM_TEXTURED = 1024  # and not by grids of voxels alone
 MATERIAL_DISPLACED_NORMALS = 2048  # vertices that it displaces get normals anew: nothing else bends them
+MATERIAL_BURLEY = 4096  # light below its surface is asked to follow Christensen and Burley's profile
 MATERIAL_BOUNDARY = 128  # nothing but the invisible boundary of a medium: rays pass without a bounce
 
 IMAGE = record(
