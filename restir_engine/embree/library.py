@@ -49,14 +49,13 @@ _API = {
     "rtcUpdateGeometryBuffer": (None, [c_void_p, c_int, c_uint]),
     "rtcSetGeometryInstancedScene": (None, [c_void_p, c_void_p]),
     "rtcSetGeometryTransform": (None, [c_void_p, c_uint, c_int, c_void_p]),
-    "rtcSetGeometryTransformQuaternion": (None, [c_void_p, c_uint, c_void_p]),
     "rtcSetGeometryTimeStepCount": (None, [c_void_p, c_uint]),
     "rtcIntersect1": (None, [c_void_p, c_void_p, c_void_p]),
     "rtcSetDeviceMemoryMonitorFunction": (None, [c_void_p, c_void_p, c_void_p]),
 }
 
 # What kernels call by symbol: rtc* in the library, restir_rtc* in LLVM.
-QUERIES = ("rtcIntersect1", "rtcOccluded1", "rtcGetGeometryTransformFromScene")
+QUERIES = ("rtcIntersect1", "rtcOccluded1")
 
 
 class EmbreeError(RuntimeError):

@@ -159,8 +159,8 @@ class SphereScene(ShapeScene):
 class Placed:
     """What stands at one place of the world: an instance of `scene`, or triangles in world space.
 
-    steps: of triangles that deform, see `MeshScene`; of an instance that moves, RTCQuaternionDecomposition (steps, 16)
-    float32 at even distances of time from 0 to 1.
+    steps: of triangles that deform, see `MeshScene`; of an instance that moves, transforms (steps, 12) float32 at even
+    distances of time from 0 to 1.
     """
 
     mask: int
@@ -189,11 +189,10 @@ class WorldScene(_Scene):
                 continue
             geometry = self._rtc.rtcNewGeometry(self._device.handle, lib.INSTANCE)
             self._rtc.rtcSetGeometryInstancedScene(geometry, placed.scene.handle)
-            if placed.steps is None:
-                self._rtc.rtcSetGeometryTransform(geometry, 0, lib.FLOAT3X4_ROW_MAJOR, placed.transform.ctypes.data)
-            else:
-                self._rtc.rtcSetGeometryTimeStepCount(geometry, len(placed.steps))
-                for step, parts in enumerate(placed.steps):
-                    self._rtc.rtcSetGeometryTransformQuaternion(geometry, step, parts.ctypes.data)
+            moments = placed.transform[None] if placed.steps is None else placed.steps
+            self._rtc.rtcSetGeometryTimeStepCount(geometry, len(moments))
+            start, stride = moments.ctypes.data, moments.strides[0]
+            for step in range(len(moments)):
+                self._rtc.rtcSetGeometryTransform(geometry, step, lib.FLOAT3X4_ROW_MAJOR, start + step * stride)
             self._attach(geometry, index, placed.mask)
         self._commit()

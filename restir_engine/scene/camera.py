@@ -10,7 +10,7 @@ import numpy as np
 from ..kernels.core import records as rec
 from ..kernels.core.memory import address
 from .instances import inverse
-from .motion import decompose
+from .motion import along_arcs, finer_by
 from .texels import Texels
 
 # By the names that Blender gives them; for one of the fisheye lenses see `Camera.fisheye`.
@@ -24,6 +24,7 @@ PROJECTIONS = {
     "FISHEYE_LENS_POLYNOMIAL": rec.PANORAMA_POLYNOMIAL,
 }
 KINDS = {"PERSP": rec.CAMERA_PERSPECTIVE, "ORTHO": rec.CAMERA_ORTHOGRAPHIC, "PANO": rec.CAMERA_PANORAMA}
+_STEP = 0.05  # radians that it turns on a line at most: directions are then 1e-6 off the arc
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,14 +107,18 @@ class Camera:
         return places.min(axis=0) - reach, places.max(axis=0) + reach
 
     def _step_table(self) -> np.ndarray:
-        """CAMERA_STEP array (len(steps),)."""
-        table = np.zeros(len(self.steps), rec.CAMERA_STEP)
-        if self.steps:
-            matrices = np.array([step.record()["to_world"] for step in self.steps])
-            table["translation"], table["rotation"], stretch = decompose(matrices)
-            table["stretch"] = stretch.reshape(-1, 9)
-            for name in ("screen", "aperture", "focus_distance"):
-                table[name] = [getattr(step, name) for step in self.steps]
+        """CAMERA_STEP array, on lines that follow the camera's arc."""
+        if not self.steps:
+            return np.zeros(0, rec.CAMERA_STEP)
+        matrices = np.array([step.record()["to_world"] for step in self.steps])
+        finer = int(finer_by(matrices, _STEP))
+        table = np.zeros((len(self.steps) - 1) * finer + 1, rec.CAMERA_STEP)
+        table["to_world"] = along_arcs(matrices, finer)
+        times = np.arange(len(table)) / finer
+        for name in ("screen", "aperture", "focus_distance"):
+            values = np.array([getattr(step, name) for step in self.steps], float).reshape(len(self.steps), -1)
+            finely = [np.interp(times, np.arange(len(values)), column) for column in values.T]
+            table[name] = np.stack(finely, 1) if len(finely) > 1 else finely[0]
         return table
 
     def same_as(self, other: Camera) -> bool:
@@ -135,7 +140,7 @@ class Camera:
         result["panorama"] = (*self.longitude, *self.latitude)
         result["projection"] = PROJECTIONS[self.projection]
         result["fisheye"], result["polynomial"] = self.fisheye, self.polynomial
-        result["n_steps"], result["steps"] = len(self.steps), address(self._table)
+        result["n_steps"], result["steps"] = len(self._table), address(self._table)
         result["around"] = address(self._around) if self.around else 0
         result["pole_merge"] = self.pole_merge
         result["texels"] = self.texels.address if self.texels else 0

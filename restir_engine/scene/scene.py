@@ -21,7 +21,7 @@ from .freeze import freeze
 from .lights import LightTable
 from .majorants import commit_majorants
 from .mesh import Mesh
-from .motion import embree_parts, swept
+from .motion import polylines, swept
 from .record_owner import RecordOwner
 from .shape import Shape, attribute_table
 from .vectors import VectorTable
@@ -97,7 +97,10 @@ class Scene(RecordOwner):
         self._kept.append(array)
 
     def _commit_shutter(self, description: SceneDescription) -> None:
-        """How long what is seen takes, and what moves meanwhile; self.steps: matrices (steps, 12) by instance."""
+        """How long what is seen takes, and what moves meanwhile; self.steps: matrices (steps, 12) by instance.
+
+        What is between two of them goes on a line.
+        """
         self.steps = {}
         self._record[0]["time"] = 0.5
         if description.shutter is None:
@@ -111,8 +114,14 @@ class Scene(RecordOwner):
                 text = "what has a volume that varies in space stands still in motion blur"
                 self.warnings.add("Render", "Volumes", text)
             moves = ~fixed[instances]
-            self.instances["moves"][instances[moves]] = 1
-            self.steps |= zip(instances[moves].tolist(), matrices[moves], strict=True)
+            instances, matrices = instances[moves], matrices[moves]
+            if len(instances):
+                meshes, mesh_of = np.unique(self.instances["mesh"][instances], return_inverse=True)
+                boxes = np.array([_box(self.meshes[mesh]) for mesh in meshes.tolist()])[mesh_of]
+                self.steps |= zip(instances.tolist(), polylines(matrices, boxes), strict=True)
+        for index, matrices in self.steps.items():
+            steps = self.steps[index] = np.ascontiguousarray(matrices, np.float32)
+            self.instances["n_steps"][index], self.instances["steps"][index] = len(steps), address(steps)
 
     def _commit_geometry(self, trees: Trees) -> None:
         record, instances = self._record[0], self.instances
@@ -123,9 +132,11 @@ class Scene(RecordOwner):
         record["flags"] |= rec.SCENE_HAS_TRANSPARENT if self._lets_through().any() else 0
         record["flags"] |= rec.SCENE_HAS_SUBSURFACE if scatters.any() else 0
         moving = np.zeros(len(self.meshes), bool)
-        moving[instances["mesh"][instances["moves"] != 0]] = True
+        moving[instances["mesh"][instances["n_steps"] != 0]] = True
         alone = np.array([isinstance(mesh, Mesh) for mesh in self.meshes], bool)  # may go into the world's tree
-        own = ((users > 1) | (scatters | moving | ~alone) & (users > 0)).tolist()
+        # Beside what moves, what deforms is behind an instance as well: see `_gathered`.
+        deforming = np.array([bool(self.steps) and mesh.steps is not None for mesh in self.meshes], bool)
+        own = ((users > 1) | (scatters | moving | deforming | ~alone) & (users > 0)).tolist()
         bottom = [trees.of(mesh) if has else None for mesh, has in zip(self.meshes, own, strict=True)]
         self._kept.append(bottom)
         meshes = np.zeros(len(self.meshes), rec.MESH)
@@ -145,8 +156,8 @@ class Scene(RecordOwner):
             for mesh, transform, mask in zip(instances["mesh"].tolist(), transforms, masks.tolist(), strict=True)
         ]
         for index, matrices in self.steps.items():
-            content[index] = replace(content[index], steps=embree_parts(matrices))
-        top = WorldScene(content)
+            content[index] = replace(content[index], steps=matrices)
+        top = WorldScene(_gathered(content))
         self._kept.append(top)
         record["embree"] = top.handle
         record["instances"], record["n_instances"] = address(instances), len(instances)
@@ -192,11 +203,12 @@ class Scene(RecordOwner):
         found = []
         for index in np.flatnonzero(self.have_flag(rec.MATERIAL_MEDIUM)).tolist():
             instance = self.instances[index]
-            points = self.meshes[instance["mesh"]].places
+            mesh = self.meshes[instance["mesh"]]
+            points = mesh.places
             if not len(points):
                 continue
             if index in self.steps:
-                found.append(swept(points, self.steps[index]))
+                found.append(swept(_box(mesh), self.steps[index]))
                 continue
             points = points @ instance["to_world"].reshape(3, 4)[:, :3].T + instance["to_world"].reshape(3, 4)[:, 3]
             found.append((points.min(0), points.max(0)))
@@ -212,7 +224,7 @@ class Scene(RecordOwner):
     def changing(self) -> np.ndarray:
         """Which instances move or change their shape while the shutter is open, bool (n_instances,)."""
         deforming = np.array([mesh.steps is not None for mesh in self.meshes], bool)
-        return (self.instances["moves"] != 0) | deforming[self.instances["mesh"]]
+        return (self.instances["n_steps"] != 0) | deforming[self.instances["mesh"]]
 
     def reach(self, index: int) -> float:
         """About how far points of an instance are from where they are in the middle of the shutter, at most; 0: not."""
@@ -307,3 +319,23 @@ def _placed(mesh: Shape, bottom: ShapeScene | None, transform: np.ndarray, mask:
     if not mask or bottom:
         return Placed(mask, transform, scene=bottom)
     return trees.place(mesh, transform, mask)
+
+
+def _gathered(content: list[Placed]) -> list[Placed]:
+    """The same, with instances that stand still among those that move where these are more.
+
+    Embree has a tree of its own for either kind, and a ray goes through both.
+    """
+    instances = [index for index, placed in enumerate(content) if placed.mask and placed.scene is not None]
+    still = [index for index in instances if content[index].steps is None]
+    if 2 * len(still) > len(instances):
+        return content
+    for index in still:
+        content[index] = replace(content[index], steps=np.stack([content[index].transform] * 2))
+    return content
+
+
+def _box(mesh: Shape) -> np.ndarray:
+    """Lower and upper corner of where a shape is at all times, (2, 3); zeros where it is nowhere."""
+    points = mesh.places
+    return np.array([points.min(0), points.max(0)], np.float64) if len(points) else np.zeros((2, 3))

@@ -8,7 +8,7 @@ import pytest
 from restir_engine.kernels.core import records as rec
 from restir_engine.reuse_settings import ReuseSettings
 from restir_engine.scene.camera import Camera
-from restir_engine.scene.motion import decompose, embree_parts, swept
+from restir_engine.scene.motion import along_arcs, decompose, polylines, rotation_matrices, swept
 from restir_engine.scene.shutter import Shutter, inverse_cumulated
 from testing.scenes.blurred import blurred, deforming, move, turned
 from testing.scenes.lights import emission_program, matrix
@@ -145,32 +145,36 @@ def test_matrices_are_taken_apart():
     random = np.random.default_rng(4)
     matrices = random.normal(size=(200, 12))
     parts = decompose(matrices)
-    w, x, y, z = parts.rotation.T
-    rotation = np.moveaxis(
-        np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        ),
-        2,
-        0,
-    )
+    rotation = rotation_matrices(parts.rotation)
     linear = matrices.reshape(-1, 3, 4)[:, :, :3]
     assert np.allclose(rotation @ parts.stretch, linear, atol=1e-9)
     assert np.allclose(np.tril(parts.stretch, -1), 0.0, atol=1e-12)
     assert (np.einsum("nii->ni", parts.stretch) * np.sign(np.linalg.det(linear))[:, None] > 0.0).all()
     assert ((parts.rotation[1:] * parts.rotation[:-1]).sum(1) >= 0.0).all()
-    assert embree_parts(matrices).ctypes.data % 16 == 0
 
 
-def test_a_box_holds_all_that_turns_inside():
-    points = np.array(QUAD[0], float)
-    low, high = swept(points, np.array([turned(a, (0.0, 0.0, 0.0), 1.0, 0.1, 1.0).ravel() for a in (0.0, 1.5, 3.0)]))
-    for angle in np.linspace(0.0, 3.0, 50):
-        place = points @ turned(angle, (0.0, 0.0, 0.0), 1.0, 0.1, 1.0)[:, :3].T
-        assert (place >= low - 1e-9).all() and (place <= high + 1e-9).all()
+def test_lines_follow_arcs():
+    """What turns by two radians a step, about its middle and about a place far away, beside places on the arc."""
+    angles = np.array([0.0, 2.0, 4.0])
+    steps = np.array([turned(a, (0.1 * a, 0.0, 0.0), 1.0, 0.1, 1.0).ravel() for a in angles])
+    box = np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 1.0]])
+    for offset, most in ((0.0, 2e-4), (4.0, 2.5e-4)):  # of the size, about 3
+        boxes = box + (offset, 0.0, 0.0)
+        lines = polylines(np.array([steps, steps]), np.array([boxes, boxes]))[1]
+        times = np.linspace(0.0, 1.0, 997)
+        place = times * (len(lines) - 1)
+        step = np.minimum(place.astype(int), len(lines) - 2)
+        found = lines[step] + (lines[step + 1] - lines[step]) * (place - step)[:, None]
+        truth = np.array([turned(4.0 * t, (0.4 * t, 0.0, 0.0), 1.0, 0.1, 1.0) for t in times])
+        corners = np.array([(x, y, z) for x in boxes[:, 0] for y in boxes[:, 1] for z in boxes[:, 2]])
+        away = (found.reshape(-1, 3, 4) - truth)[:, :, :3] @ corners.T + (found.reshape(-1, 3, 4) - truth)[:, :, 3:]
+        assert np.linalg.norm(away, axis=1).max() < 3.0 * most
+        assert np.array_equal(lines[:: (len(lines) - 1) // 2], steps)
+        low, high = swept(boxes, lines)
+        passed = truth[:, :, :3] @ corners.T + truth[:, :, 3:]
+        assert (passed.min((0, 2)) >= low - 1e-3).all() and (passed.max((0, 2)) <= high + 1e-3).all()
+    assert len(polylines(np.array([[np.eye(3, 4).ravel()] * 3]), box[None])[0]) == 3
+    assert np.abs(along_arcs(steps, 1) - steps).max() == 0.0
 
 
 def test_moving_emitters_are_sampled_as_they_are_found():

@@ -1,14 +1,10 @@
 """Instances and meshes at the time of a path: what moves while the shutter is open.
 
-Transforms come from Embree, which interpolates them for its own rays (translation, stretch and shear linearly, rotation
-along the arc between unit quaternions): a hit is then where the ray met it, to the last digits. A tile keeps the last
-few, as a path asks for the same instance several times. Vertices and their normals go along straight lines from step
-to step, as in Embree and in Cycles.
+Matrices go along straight lines from step to step, as in Embree, which has the same ones: `scene.motion` has made the
+steps so fine that lines are as good as arcs. A tile keeps the last few, as a path asks for the same instance several
+times. Vertices and their normals go along lines as well, as in Embree and in Cycles.
 """
 
-from numba import types
-
-from ...embree import library
 from ..core.jit import device, inlined, outcome_entry
 from ..core.memory import call_for_outcome, copy_words, load_f32, load_u32, record_address, record_at
 from ..core.records import (
@@ -23,15 +19,9 @@ from ..core.records import (
 from ..core.records.layout import record
 from ..core.vec import add, cross, dot, load3_f32, normalize, scale
 
-library.load()  # registers the symbol that compiled code refers to
-
-_TRANSFORM = types.void(types.int64, types.int64, types.float32, types.int64, types.int64)
-rtc_transform = types.ExternalFunction("restir_rtcGetGeometryTransformFromScene", _TRANSFORM)
-
 _PLACED = record("instances", "index", ("time", 1))  # an INSTANCE follows
 _placed_at = record_at(_PLACED)
 _WORDS = INSTANCE.itemsize // 8
-_TO_WORLD = INSTANCE.fields["to_world"][1] // 8
 
 
 @inlined
@@ -41,7 +31,7 @@ def placed_at(scene, index):
     The reference holds until a tile has asked for many others at other times: not over rays that are traced.
     """
     placed = instance_at(scene.instances, index)
-    if placed.moves != 0 and scene.placed != 0:
+    if placed.n_steps != 0 and scene.placed != 0:
         code = shutter_at(scene.shutter, 0).place
         placed = instance_at(call_for_outcome(code, record_address(scene), index, 0, 0, 0), 0)
     return placed
@@ -54,17 +44,18 @@ def place(scene, index, a, b, c):
     slot = scene.placed + PLACED_BYTES * (index % PLACES)
     kept = _placed_at(slot, 0)
     copied = slot + PLACED_HEADER
-    if kept.index == index and kept.time == scene.time and kept.instances == scene.instances:
+    if kept.index != index or kept.instances != scene.instances:
+        copy_words(copied, record_address(instance_at(scene.instances, index)), _WORDS)
+        kept.instances = scene.instances
+        kept.index = index
+    elif kept.time == scene.time:
         return copied
-    copy_words(copied, record_address(instance_at(scene.instances, index)), _WORDS)
-    kept.instances = scene.instances
-    kept.index = index
     kept.time = scene.time
     placed = instance_at(copied, 0)
-    matrix = copied + 8 * _TO_WORLD
-    rtc_transform(scene.embree, index, scene.time, library.FLOAT3X4_ROW_MAJOR, matrix)
-    for i in range(11, -1, -1):  # single precision in the first half of where the matrix goes
-        placed.to_world[i] = load_f32(matrix, i)
+    step, share = segment(scene.time, placed.n_steps)
+    for i in range(12):
+        a, b = load_f32(placed.steps, 12 * step + i), load_f32(placed.steps, 12 * step + 12 + i)
+        placed.to_world[i] = a + (b - a) * share
     invert(placed.to_world, placed.to_object)
     for i in range(3):
         placed.location[i] = placed.to_world[4 * i + 3]

@@ -5,10 +5,8 @@ is where the shutter's curve has let in that share (the inverse of its cumulated
 lines of the picture one after the other: with a line's duration d, by that of all of them, the line at height h (0 at
 the bottom, 1 at the top) is open around 1/2 + (1/2 - h) (1 - d), for d of the time.
 
-The camera goes from step to step as instances do: translation, stretch and frame linearly, rotation along the arc.
+The camera goes from step to step as instances do, on lines that follow its arc, in double precision.
 """
-
-import math
 
 from ..core.jit import device, entry, inlined
 from ..core.memory import call_entry, load_f32, record_address
@@ -49,17 +47,9 @@ def aim(scene, camera, a, b, c):
     camera = camera_at(camera, 0)
     step, share = segment(scene_at(scene, 0).time, camera.n_steps)
     before, after = camera_step_at(camera.steps, step), camera_step_at(camera.steps, step + 1)
-    rotation = _rotation_matrix(_slerp(before.rotation, after.rotation, share))
-    m = camera.to_world
-    for i in range(3):
-        m[4 * i + 3] = _between(before.translation[i], after.translation[i], share)
-        for j in range(3):
-            stretched = 0.0
-            for k in range(3):
-                stretch = _between(before.stretch[3 * k + j], after.stretch[3 * k + j], share)
-                stretched += rotation[3 * i + k] * stretch
-            m[4 * i + j] = stretched
-    invert(m, camera.to_camera)
+    for i in range(12):
+        camera.to_world[i] = _between(before.to_world[i], after.to_world[i], share)
+    invert(camera.to_world, camera.to_camera)
     for i in range(4):
         camera.screen[i] = _between(before.screen[i], after.screen[i], share)
     camera.aperture = _between(before.aperture, after.aperture, share)
@@ -70,26 +60,3 @@ def aim(scene, camera, a, b, c):
 def _between(a, b, share):
     return a + (b - a) * share
 
-
-@device
-def _slerp(q, r, share):
-    """The unit quaternion between two, which `scene.motion` has given the shorter arc."""
-    cosine = q[0] * r[0] + q[1] * r[1] + q[2] * r[2] + q[3] * r[3]
-    a, b = 1.0 - share, share
-    if cosine < 0.9995:
-        angle = math.acos(max(cosine, -1.0))
-        a, b = math.sin(a * angle), math.sin(b * angle)
-    w, x, y, z = q[0] * a + r[0] * b, q[1] * a + r[1] * b, q[2] * a + r[2] * b, q[3] * a + r[3] * b
-    s = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
-    return w * s, x * s, y * s, z * s
-
-
-@device
-def _rotation_matrix(q):
-    """The matrix of a unit quaternion (w, x, y, z), by rows."""
-    w, x, y, z = q
-    return (
-        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
-    )  # fmt: skip

@@ -87,7 +87,9 @@ INSTANCE = record(
     ("particle", 1),  # particle random, 0 when there is none
     ("terminator", 1),  # cosine below which shadow rays start above smooth triangles, see interaction.shadow_origin
     ("terminator_frequency", 1),  # above 1: by how much lobes' cosines fall faster, see lobes.closure.terminator_offset
-    "moves",  # 1: its matrices and location are those of the middle of the shutter; see kernels.geometry.placed
+    # Of what moves, whose matrices and location are those of the middle of the shutter; see kernels.geometry.placed:
+    "n_steps",  # at even distances of time; 0: it stands still
+    "steps",  # float32 [n_steps, 12], like `to_world`
 )
 instance_at = record_at(INSTANCE)
 INSTANCE_MIRRORED = 1  # the matrix has a negative determinant

@@ -37,9 +37,7 @@ PANORAMA_EQUIRECTANGULAR, PANORAMA_CYLINDRICAL, PANORAMA_MIRROR_BALL, PANORAMA_C
 PANORAMA_EQUIDISTANT, PANORAMA_EQUISOLID, PANORAMA_POLYNOMIAL = 4, 5, 6  # fisheye lenses
 
 CAMERA_STEP = record(  # what of a camera changes while the shutter is open
-    ("translation", 3),
-    ("rotation", 4),  # a unit quaternion (w, x, y, z)
-    ("stretch", 9),  # to_world is translation · rotation · stretch, a matrix by rows
+    ("to_world", 12),
     ("screen", 4),
     ("aperture", 1),
     ("focus_distance", 1),
