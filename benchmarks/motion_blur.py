@@ -10,11 +10,13 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
 from restir_engine.scene.description import SceneDescription
 from restir_engine.scene.lamps import area_lamp
+from restir_engine.scene.scene import Scene
 from restir_engine.scene.shutter import Shutter
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
@@ -24,6 +26,7 @@ from testing.scenes.rooms import Builder, coated, diffuse, look, scaled
 from testing.scenes.shapes import QUAD, icosphere
 
 MOVES = ("camera", "objects", "mesh", "lights")
+INTEGRATORS = ("PATH", "RESTIR")
 GRID = 200
 
 
@@ -78,33 +81,32 @@ def scene(moves: frozenset[str], size: int) -> SceneDescription:
     return result
 
 
-def seconds(description: SceneDescription, integrator: str, samples: int, repeats: int) -> float:
-    """Processor time of a render, the least of `repeats`."""
-    committed, times = description.commit(), []
-    for _ in range(repeats):
-        session = Session(committed, RenderSettings(integrator=integrator, samples=samples, max_bounces=3, threads=1))
-        session.prepare()
-        start = time.process_time()
-        session.render()
-        times.append(time.process_time() - start)
-    return min(times)
+def seconds(committed: Scene, integrator: str, samples: int) -> float:
+    """Processor time of a render."""
+    session = Session(committed, RenderSettings(integrator=integrator, samples=samples, max_bounces=3, threads=1))
+    session.prepare()
+    start = time.process_time()
+    session.render()
+    return time.process_time() - start
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--size", type=int, default=160)
     parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=5, help="of which the least counts; the cases take turns")
     options = parser.parse_args()
     cases = {"still": frozenset()} | {name: frozenset([name]) for name in MOVES} | {"all": frozenset(MOVES)}
+    scenes = {name: scene(moves, options.size).commit() for name, moves in cases.items()}
+    least: dict[tuple[str, str], float] = {}
+    for _ in range(options.repeats):
+        for name, integrator in product(cases, INTEGRATORS):
+            taken = seconds(scenes[name], integrator, options.samples)
+            least[name, integrator] = min(taken, least.get((name, integrator), taken))
     print("| in motion | PATH s | by still | RESTIR s | by still |\n|---|---|---|---|---|")
-    still: dict[str, float] = {}
-    for name, moves in cases.items():
-        row = []
-        for integrator in ("PATH", "RESTIR"):
-            time_taken = seconds(scene(moves, options.size), integrator, options.samples, options.repeats)
-            row += [f"{time_taken:.2f}", f"{time_taken / still.setdefault(integrator, time_taken):.2f}"]
-        print(f"| {name} | " + " | ".join(row) + " |", flush=True)
+    for name in cases:
+        row = [(least[name, each], least[name, each] / least["still", each]) for each in INTEGRATORS]
+        print(f"| {name} | " + " | ".join(f"{taken:.2f} | {ratio:.2f}" for taken, ratio in row) + " |")
 
 
 if __name__ == "__main__":

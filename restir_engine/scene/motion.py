@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-# How far a line may be from its arc, by the size of what moves: a tenth of a pixel where it fills a picture of 1000.
-_DEVIATION = 1e-4
+# How far a line may be from its arc, by the size of what moves: a quarter of a pixel where it fills a picture of 1000.
+_DEVIATION = 2.5e-4
 _MOST_STEPS = 129  # that Embree takes
 
 

@@ -56,7 +56,7 @@ from .objects import (
 )
 from .particle_hair import hair_systems
 from .points import read_points
-from .strands import read_curves, read_hair, strand_look
+from .strands import hair_form, read_curves, read_hair, strand_look
 from .views import Views
 from .volumes import density_factors, is_grids, read_grids
 from .world import sync_world
@@ -308,13 +308,13 @@ class _Reader:
         """Whether other times are to be looked at for how an object's shape changes; a warning where they cannot."""
         if is_grids(item):
             return False
-        diced = isinstance(data, bpy.types.Mesh) and len(data.vertices) != len(self.scene.meshes[index].points)
-        if not is_hair and not diced:
+        if is_hair:  # emitter, dynamics, settings: it is read again where its points or a sample of it are others
+            return self._blur.shutter is not None
+        if not isinstance(data, bpy.types.Mesh) or len(data.vertices) == len(self.scene.meshes[index].points):
             return not self._follow_velocity(index, data) and changes_shape(item, data)
-        dynamic = is_hair and any(system.use_hair_dynamics for system in item.particle_systems)
-        if self._blur.shutter and (dynamic or bends(item, data)):
-            kind = "particle hair" if is_hair else "adaptive subdivision"
-            self.scene.warnings.add("Object", item.name, f"{kind}: the blur of its deformation is left out")
+        if self._blur.shutter and bends(item, data):
+            text = "adaptive subdivision: the blur of its deformation is left out"
+            self.scene.warnings.add("Object", item.name, text)
         return False
 
     def _follow_velocity(self, index: int, data) -> bool:
@@ -388,9 +388,17 @@ class _Reader:
             return read_curves(self.scene, data, strand_look(self.depsgraph.scene_eval), self._cache)
         return read_points(self.scene, data, self._cache)
 
+    def _read_again(self, instance, time: float) -> Shape | None:
+        """What an instance's curves or points are at another time, or the hair of its mesh; attributes may be left out."""
+        data = instance.object.data
+        if not isinstance(data, bpy.types.Mesh):
+            return self._read_others(data)
+        look = strand_look(self.depsgraph.scene_eval)
+        return hair_form(_emitter(instance), look, self._is_render, self._cache, time)[1]
+
     def _hair(self, instance, item, data) -> int:
         """The index of an object's particle hair, as `_shape` has it."""
-        owner = instance.instance_object if instance.is_instance else item
+        owner = _emitter(instance)
         key = ~owner.as_pointer()  # no datablock's
         index, asked = self._meshes.get(key, (None, 0))
         if index == -1 or asked == len(self.scene.attribute_names):
@@ -496,7 +504,7 @@ class _Reader:
             deforming = {mesh: entry for entry, mesh in items}  # each mesh once
             deforming = {entry: mesh for mesh, entry in deforming.items()}
             around = identities(self.depsgraph), rows, matrices, steps, numbers, deforming
-            self.moments = Moments(self.scene, self._read_others, self._changing, *around)
+            self.moments = Moments(self.scene, self._read_again, self._changing, *around)
 
     def fit_normals(self) -> None:
         """Give meshes that stand in one place alone the normals that they have there."""
@@ -563,6 +571,11 @@ class _Reader:
         numbers = self._persistent_ids
         depth = (numbers != _NO_ID).sum(axis=1)
         return numbers[np.arange(len(numbers)), np.maximum(depth - 1, 0)]
+
+
+def _emitter(instance):
+    """The evaluated object that an instance's particle hair grows on."""
+    return instance.instance_object if instance.is_instance else instance.object
 
 
 def _column(collection, field: str, shape: tuple[int, ...], dtype) -> np.ndarray:

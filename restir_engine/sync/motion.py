@@ -133,7 +133,7 @@ class Steps(NamedTuple):
 class Moments:
     """What the times beside the middle show of a scene that was read there.
 
-    read(data): the shape of data that is no mesh; changing: shapes, by their index in scene.meshes, whose steps are
+    read(instance, time): the shape of an instance that is no mesh, at the time that is shown; changing: shapes, by their index in scene.meshes, whose steps are
     known. identities: of the entries of depsgraph.object_instances. The rest is of what is placed: places: the entry of
     each; steps: of each, 0 for those that stand still or are not rendered; rows: the index of each in scene.instances,
     -1: none; deforming: an index into scene.meshes by what is placed and read for it.
@@ -142,7 +142,7 @@ class Moments:
     def __init__(
         self,
         scene: SceneDescription,
-        read: Callable[[object], Shape | None],
+        read: Callable[[object, float], Shape | None],
         changing: dict[int, Steps],
         identities: list[tuple],
         places: np.ndarray,
@@ -170,7 +170,7 @@ class Moments:
             if frames.stopped():
                 return
             frames.show(blur.time(moment))
-            self._read_moment(depsgraph, moment)
+            self._read_moment(depsgraph, moment, blur.time(moment))
             if moment in looked:
                 cameras[moment] = views.cameras(depsgraph, Warnings())
         instances, shapes = self._moved(), self._changing | self._changed_shapes(blur)
@@ -190,7 +190,7 @@ class Moments:
             self._scene.meshes[index] = steps.apply(self._scene.meshes[index])
         self._scene.cameras = tuple(map(_moving, self._scene.cameras, views_steps))
 
-    def _read_moment(self, depsgraph, moment: Fraction) -> None:
+    def _read_moment(self, depsgraph, moment: Fraction, time: float) -> None:
         """Matrices of all entries, and the vertices of what deforms, in the order of the middle."""
         found, matrices = identities(depsgraph), matrices_of(depsgraph)
         if found == self._identities:
@@ -205,22 +205,21 @@ class Moments:
         flat = ~usable(result)
         result[flat] = self._middle[flat]
         self._matrices[moment] = result
-        wanted = {
-            int(there[entry]): mesh
-            for entry, mesh in self._deforming.items()
-            if shown[entry] and moment in moments(int(self._steps[entry]))
-        }
+        wanted: dict[int, list[int]] = {}  # an object's shape, its hair
+        for entry, mesh in self._deforming.items():
+            if shown[entry] and moment in moments(int(self._steps[entry])):
+                wanted.setdefault(int(there[entry]), []).append(mesh)
         if wanted:
             for place, instance in enumerate(depsgraph.object_instances):
-                if place in wanted:
-                    self._read_points(wanted[place], instance.object.data, moment)
+                for mesh in wanted.get(place, ()):
+                    self._read_points(mesh, instance, moment, time)
 
-    def _read_points(self, index: int, data, moment: Fraction) -> None:
+    def _read_points(self, index: int, instance, moment: Fraction, time: float) -> None:
         shape = self._scene.meshes[index]
         if isinstance(shape, Mesh):
-            self._read_vertices(index, shape, data, moment)
+            self._read_vertices(index, shape, instance.object.data, moment)
             return
-        there = self._read_shape(data)
+        there = self._read_shape(instance, time)
         same = type(there) is type(shape) and len(there.points) == len(shape.points)
         if same and all(np.array_equal(a, b) for a, b in zip(there.form[1:-1], shape.form[1:-1], strict=True)):
             self._points[index, moment] = there.points

@@ -70,10 +70,9 @@ def read_hair(
     scene: SceneDescription, owner: bpy.types.Object, look: tuple[int, int], is_render: bool, cache: MeshCache
 ) -> Strands | None:
     """The `Strands` of an evaluated object's particle hair; None where there is none."""
-    hair = Hair(owner, is_render)
-    if not len(hair):
+    hair, strands = hair_form(owner, look, is_render, cache, scene.time)
+    if strands is None:
         return None
-    strands = cache.form(("particle hair", look, hair.key(scene.time)), lambda: hair.strands(look))
     data = owner.data
     maps = [layer.name for layer in data.uv_layers]
     colors = [attribute.name for attribute in data.color_attributes]
@@ -91,6 +90,16 @@ def read_hair(
         return (DOMAIN_FACE, hair.color(colors.index(name))) if name in colors else None
 
     return _with_attributes(scene, strands, find)
+
+
+def hair_form(
+    owner: bpy.types.Object, look: tuple[int, int], is_render: bool, cache: MeshCache, time: float
+) -> tuple[Hair, Strands | None]:
+    """An evaluated object's particle hair as it is at a time, and its `Strands` without attributes, if it has any."""
+    hair = Hair(owner, is_render)
+    if not len(hair):
+        return hair, None
+    return hair, cache.form(("particle hair", look, hair.key(time)), lambda: hair.strands(look))
 
 
 def read_radii(data, count: int, default: float) -> np.ndarray:

@@ -6,6 +6,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from restir_engine import engine  # noqa: E402
+from restir_engine.scene.strands import Strands  # noqa: E402
 from restir_engine.settings import RenderSettings  # noqa: E402
 from restir_engine.sync.depsgraph import read_scene  # noqa: E402
 from restir_engine.sync.motion import Frames, moments, steps_of  # noqa: E402
@@ -133,14 +134,31 @@ def test_other_vertices_in_other_frames_are_not_blurred_and_named(scene):
     assert any("blur of its deformation" in line for line in description.warnings.lines())
 
 
-@pytest.mark.parametrize("bends", [True, False])
-def test_hair_whose_emitter_bends_is_named(scene, bends):
-    """Its strands stand still within the shutter; a mirrored emitter gives no reason to say so."""
-    thing = groom(kit.put("ball", kit.diffuse()), count=20)
-    thing.modifiers.new("Other", "WAVE" if bends else "MIRROR")
+@pytest.mark.parametrize("children", ["NONE", "SIMPLE", "INTERPOLATED"])
+def test_hair_goes_with_its_emitter_from_step_to_step(scene, children):
+    """It is where Blender has it at each step; in the emitter's space, which moves as well."""
+    thing = kit.put("ball", kit.diffuse())
+    keyed_shape(thing, (3.0, 1.0, 1.0))
+    sliding(thing)
+    still = groom(kit.put("ball", kit.diffuse(), (0, 4, 0)), count=5)
+    groom(thing, count=8, child_type=children, rendered_child_count=3, child_percent=3)
     shutter()
     description, _ = read()
-    assert bends == any("particle hair: the blur" in line for line in description.warnings.lines())
+    moving, other = (mesh for mesh in description.meshes if isinstance(mesh, Strands))
+    assert other.steps is None and still.name
+    strands = len(moving)
+    for step, frame, subframe in ((0, 1, 0.5), (1, 2, 0.0), (2, 2, 0.5)):
+        scene.frame_set(frame, subframe=subframe)
+        owner = thing.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        system, first = owner.particle_systems[0], 0 if children == "NONE" else 8
+        count = moving.count // strands + 1
+        world = [system.co_hair(owner, particle_no=first + i, step=k) for i in range(strands) for k in range(count)]
+        matrix = np.array(owner.matrix_world)
+        points = moving.steps[step].reshape(strands, count + 2, 4)[:, 1:-1, :3].reshape(-1, 3)
+        assert np.allclose(points @ matrix[:3, :3].T + matrix[:3, 3], world, atol=1e-5)
+    assert np.abs(moving.steps[0] - moving.steps[2]).max() > 0.1
+    thing.cycles.use_deform_motion = False
+    assert all(mesh.steps is None for mesh in read()[0].meshes)
 
 
 def test_a_velocity_is_a_way_in_a_second(scene):

@@ -59,4 +59,3 @@ def aim(scene, camera, a, b, c):
 @inlined
 def _between(a, b, share):
     return a + (b - a) * share
-

@@ -7,6 +7,7 @@ import numpy as np
 
 from .. import kit
 from ..registry import scene
+from .strands import groom
 
 
 def keyed(owner, path: str, values: dict[float, object], interpolation: str = "LINEAR") -> None:
@@ -123,6 +124,24 @@ def deforming_mesh():
     wave = sheet.modifiers.new("Wave", "WAVE")
     wave.height, wave.width, wave.speed, wave.time_offset = 0.5, 0.8, 0.3, -20
     sheet.rotation_euler = (0.6, 0, 0)
+    shutter()
+
+
+@scene(1, deep=True)
+def hair_of_a_bending_emitter():
+    """Particle hair with children on a ball that grows flat while it slides and turns."""
+    bench()
+    data = kit.mesh("ball", [kit.diffuse((0.6, 0.5, 0.4)), kit.diffuse((0.8, 0.4, 0.2))])
+    ball = kit.add(data, (0.0, 0.0, 0.9), scale=0.5)
+    ball.shape_key_add(name="Basis")
+    key = ball.shape_key_add(name="Wide")
+    points = np.empty(3 * len(key.data), np.float32)
+    key.data.foreach_get("co", points)
+    key.data.foreach_set("co", (points.reshape(-1, 3) * (2.4, 1.0, 0.5)).astype(np.float32).ravel())
+    keyed(key, "value", {1: 0.0, 3: 1.0})
+    groom(ball, count=80, hair_length=0.8, radius_scale=0.08, child_type="INTERPOLATED", rendered_child_count=4)
+    sliding(ball, (0.4, 0.0, 0.2))
+    spinning(ball, 60.0, 2)
     shutter()
 
 
