@@ -389,7 +389,7 @@ class _Reader:
         return read_points(self.scene, data, self._cache)
 
     def _read_again(self, instance, time: float) -> Shape | None:
-        """What an instance's curves or points are at another time, or the hair of its mesh; attributes may be left out."""
+        """What an instance's curves or points are at another time, or the hair of its mesh, which has no attributes."""
         data = instance.object.data
         if not isinstance(data, bpy.types.Mesh):
             return self._read_others(data)
