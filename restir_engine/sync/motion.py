@@ -134,9 +134,10 @@ class Moments:
     """What the times beside the middle show of a scene that was read there.
 
     read(instance, time): the shape of an instance that is no mesh, at the time that is shown; changing: shapes, by
-    their index in scene.meshes, whose steps are known. identities: of the entries of depsgraph.object_instances. The rest is of what is placed: places: the entry of
-    each; steps: of each, 0 for those that stand still or are not rendered; rows: the index of each in scene.instances,
-    -1: none; deforming: an index into scene.meshes by what is placed and read for it.
+    their index in scene.meshes, whose steps are known. identities: of the entries of depsgraph.object_instances. The
+    rest is of what is placed: places: the entry of each; steps: of each, 0 for those that stand still or are not
+    rendered; rows: the index of each in scene.instances, -1: none; deforming: an index into scene.meshes by what is
+    placed and read for it.
     """
 
     def __init__(
