@@ -1,6 +1,7 @@
 """Meshes whose materials displace them: vertices moved by programs, as Cycles moves them (`mesh_displace`).
 
-A vertex moves by the program of the first triangle with a material that displaces, evaluated at that triangle's corner.
+A vertex moves by the program of the first triangle with a material that displaces, evaluated at that triangle's corner,
+where it sees the vertex' normal, although the triangle may be flat.
 Where the material is of the method DISPLACEMENT the vertex gets a normal anew, the mean of those of its triangles,
 each counting as one; with BOTH it keeps its normal, which the material bends as a bump does.
 """
@@ -91,7 +92,9 @@ def _displaced(scene: Scene, meshes: list[Shape], index: int, mesh: Mesh) -> Mes
 def _moves(scene: Scene, index: int, mesh: Mesh, places: np.ndarray) -> np.ndarray:
     """How far an instance's programs move corners of triangles, in object space: float32 (n, 3)."""
     attributes, mesh = attribute_table(mesh.attributes), copy.copy(mesh)
-    mesh.steps = mesh.normal_steps = None
+    mesh.steps = mesh.normal_steps = mesh.smooth = None
+    if mesh.normals is None:
+        mesh.normals, mesh.normals_domain = vertex_normals(mesh), rec.DOMAIN_POINT
     meshes, instances = np.array([mesh.record(attributes)]), scene.instances[index : index + 1].copy()
     instances["mesh"] = 0
     record = np.array([scene.record], rec.SCENE)
@@ -101,6 +104,20 @@ def _moves(scene: Scene, index: int, mesh: Mesh, places: np.ndarray) -> np.ndarr
     scratch = np.zeros(rec.SCRATCH_BYTES, np.uint8)
     displacements(record[0], address(scratch), 0, address(places), len(places), address(moves))
     return moves
+
+
+def vertex_normals(mesh: Mesh) -> np.ndarray:
+    """The mean normals of the triangles round vertices, each by its angle there: float32 (n, 3), unit or zero."""
+    corners = mesh.vertices[mesh.triangles].astype(np.float64)
+    before, after = np.roll(corners, 1, axis=1) - corners, np.roll(corners, -1, axis=1) - corners
+    normals = np.cross(after[:, 0], before[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    sines = np.linalg.norm(np.cross(after, before), axis=2)
+    angles = np.arctan2(sines, (after * before).sum(axis=2)).ravel()
+    index, normals = mesh.triangles.ravel(), np.repeat(normals, 3, axis=0)
+    sums = np.stack([np.bincount(index, angles * axis, len(mesh.vertices)) for axis in normals.T], axis=1)
+    length = np.linalg.norm(sums, axis=1, keepdims=True)
+    return (sums / np.maximum(length, 1e-30)).astype(np.float32)
 
 
 def _normals(mesh: Mesh, vertices: np.ndarray, anew: np.ndarray) -> np.ndarray:

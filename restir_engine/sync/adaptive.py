@@ -1,10 +1,12 @@
 """Subdivision by size in the picture: which objects ask for it, how finely, and what it needs of Blender's mesh.
 
-The whole of a mesh is subdivided evenly, by the longest of its edges as the picture shows them. Blender hands out a
-mesh at the levels of the modifier, whose points are on the limit surface; it is subdivided further from there.
+Each face is subdivided until its edges are as short as the picture wants them. Blender hands out a mesh at the levels
+of the modifier, whose points are on the limit surface; it is subdivided further from there.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import bpy
 import numpy as np
@@ -12,7 +14,7 @@ import numpy as np
 from ..scene import names
 from ..scene.camera import Camera
 from ..scene.mesh import Mesh
-from ..scene.subdivision import SHARP, Options, Surface, subdivided
+from ..scene.subdivision import SHARP, Cage, Options, Surface, subdivided
 from .camera import sync_camera
 
 MOST_QUADS = 1 << 21  # of one mesh
@@ -41,21 +43,18 @@ def diced(scene, item, data, mesh: Mesh, modifier, depsgraph) -> Mesh:
     counts = _read(data.polygons, "loop_total", len(data.polygons), np.int32)
     vertices = _read(data.loops, "vertex_index", len(data.loops), np.int32)
     if getattr(modifier, "adaptive_space", "PIXEL") == "OBJECT":
-        lengths = _edges(mesh.vertices, counts, vertices)[0]
-        size = float(lengths.max(initial=0.0)) / max(modifier.adaptive_object_edge_length * rate, 1e-9)
+        longest = modifier.adaptive_object_edge_length * rate
+
+        def size(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+            return np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1) / max(longest, 1e-9)
     else:
         own = modifier.adaptive_pixel_size if hasattr(modifier, "adaptive_pixel_size") else item.cycles.dicing_rate
-        offscreen = cycles.offscreen_dicing_scale
-        size = _pixels(
-            mesh.vertices, counts, vertices, np.array(item.matrix_world), _camera(scene, depsgraph), offscreen
-        )
-        size /= max(own * rate, 1e-3)
-    wanted = int(np.ceil(np.log2(max(size, 1.0))))
-    level = min(wanted, cycles.max_subdivisions, int(np.log2(MOST_QUADS / max(len(counts), 1)) // 2))
-    if level < wanted and level < cycles.max_subdivisions:
-        scene.warnings.add("Object", item.name, f"subdivided {level} times, not {wanted}: faces would be too many")
-    if level < 1:
-        return mesh
+        matrix, camera = np.array(item.matrix_world), _camera(scene, depsgraph)
+
+        def size(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+            return _pixels(points, edges, matrix, camera, cycles.offscreen_dicing_scale) / max(own * rate, 1e-3)
+
+    need = _Need(size, cycles.max_subdivisions)
     done = modifier.render_levels if in_render else modifier.levels
     smooth = modifier.subdivision_type == "CATMULL_CLARK"
     uv_maps = frozenset(scene.attribute_name(name) for name in (names.UV, *(layer.name for layer in data.uv_layers)))
@@ -63,7 +62,32 @@ def diced(scene, item, data, mesh: Mesh, modifier, depsgraph) -> Mesh:
         counts, vertices, _creases(data) if modifier.use_creases else None, _sharp_points(data, modifier.use_creases),
         uv_maps, modifier.uv_smooth != "NONE", done > 0 and modifier.use_limit_surface,
     )  # fmt: skip
-    return subdivided(mesh, surface, level, Options(smooth, modifier.boundary_smooth == "PRESERVE_CORNERS"))
+    result = subdivided(mesh, surface, need, Options(smooth, modifier.boundary_smooth == "PRESERVE_CORNERS"))
+    if need.crowded:
+        scene.warnings.add("Object", item.name, "subdivided less finely: faces would be too many")
+    return result
+
+
+class _Need:
+    """By how many levels faces should be finer: until their longest edges are nearest to 1 by `size`, of points and edges.
+
+    crowded: whether faces would have been too many.
+    """
+
+    def __init__(self, size: Callable[[np.ndarray, np.ndarray], np.ndarray], most: int) -> None:
+        self._size, self._most = size, most
+        self.crowded = False
+
+    def __call__(self, cage: Cage, level: int) -> np.ndarray:
+        sizes = self._size(cage.points[:, :3], cage.edges)[cage.corner_edges]
+        longest = np.zeros(cage.faces)
+        np.maximum.at(longest, cage.corner_faces, sizes)
+        need = np.rint(np.log2(np.maximum(longest, 1.0))).astype(np.int64)
+        need = np.minimum(need, self._most - level)
+        while level == 0 and (4.0 ** np.minimum(need, 30)).sum() > MOST_QUADS and need.max() > 0:
+            self.crowded = True
+            need = np.minimum(need, need.max() - 1)
+        return need
 
 
 def _camera(scene, depsgraph) -> Camera:
@@ -95,35 +119,22 @@ def _sharp_points(data, use: bool) -> np.ndarray | None:
     return SHARP * _read(found.data, "value", len(data.vertices), np.float32)
 
 
-def _edges(points: np.ndarray, counts: np.ndarray, vertices: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
-    """For each corner the length of the edge that follows it; its start, its middle and the middle of its face."""
-    faces = np.repeat(np.arange(len(counts)), counts)
-    first = np.cumsum(counts) - counts
-    following = np.arange(len(vertices)) + 1
-    following[first + counts - 1] = first
-    start = points[vertices]
-    end = start[following]
-    centre = np.add.reduceat(start, first, axis=0) / counts[:, None]
-    return np.linalg.norm(end - start, axis=1), [start, 0.5 * (start + end), centre[faces]]
-
-
-def _pixels(points, counts, vertices, matrix: np.ndarray, camera: Camera, offscreen: float) -> float:
-    """The longest edge in pixels: its length by the size of a pixel where it is nearest, whatever way it looks.
+def _pixels(points: np.ndarray, edges: np.ndarray, matrix: np.ndarray, camera: Camera, offscreen: float) -> np.ndarray:
+    """Lengths of edges in pixels, whatever way they look: by the size of a pixel at that of their ends that is nearer.
 
     What lies beside the picture counts for as much less as `offscreen` says.
     """
-    lengths, places = _edges(points @ matrix[:3, :3].T + matrix[:3, 3], counts, vertices)
+    points = points @ matrix[:3, :3].T + matrix[:3, 3]
     axes = camera.to_world[:, :3] / np.maximum(np.linalg.norm(camera.to_world[:, :3], axis=0), 1e-30)
     left, right, bottom, top = camera.screen
-    pixel = np.full(len(lengths), np.inf)
-    for place in places:
-        x, y, z = ((place - camera.to_world[:, 3]) @ axes).T
-        distance = np.maximum(np.sqrt(x * x + y * y + z * z), max(camera.clip_start, 1e-6))
-        if camera.kind == "PANO":
-            pixel = np.minimum(pixel, 2.0 * np.pi * distance / camera.width)
-            continue
+    x, y, z = ((points - camera.to_world[:, 3]) @ axes).T
+    distance = np.maximum(np.sqrt(x * x + y * y + z * z), max(camera.clip_start, 1e-6))
+    if camera.kind == "PANO":
+        pixel = 2.0 * np.pi * distance / camera.width
+    else:
         depth = np.maximum(-z, 1e-6) if camera.kind == "PERSP" else 1.0
-        size = (right - left) / camera.width * (distance if camera.kind == "PERSP" else 1.0)
+        size = (right - left) / camera.width * (distance if camera.kind == "PERSP" else np.ones(len(distance)))
         seen = (x / depth >= left) & (x / depth <= right) & (y / depth >= bottom) & (y / depth <= top) & (z < 0.0)
-        pixel = np.minimum(pixel, np.where(seen, size, size * offscreen))
-    return float((lengths / pixel).max(initial=0.0))
+        pixel = np.where(seen, size, size * offscreen)
+    lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    return lengths / np.minimum(pixel[edges[:, 0]], pixel[edges[:, 1]])

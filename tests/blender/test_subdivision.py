@@ -6,9 +6,21 @@ import pytest
 bpy = pytest.importorskip("bpy")
 from mathutils.kdtree import KDTree  # noqa: E402
 
-from restir_engine.scene.subdivision import Options, cage, control_points, finer, on_limit  # noqa: E402
+from restir_engine.kernels.core.records import DOMAIN_CORNER, DOMAIN_POINT  # noqa: E402
+from restir_engine.scene.description import SceneDescription  # noqa: E402
+from restir_engine.scene.shape import Attribute  # noqa: E402
+from restir_engine.scene.subdivision import (  # noqa: E402
+    Options,
+    Surface,
+    cage,
+    control_points,
+    finer,
+    on_limit,
+    subdivided,
+)
 from restir_engine.settings import RenderSettings  # noqa: E402
 from restir_engine.sync.depsgraph import read_scene  # noqa: E402
+from restir_engine.sync.mesh import read_mesh  # noqa: E402
 from testing.blender import kit  # noqa: E402
 
 
@@ -76,17 +88,22 @@ def test_a_surface_that_is_subdivided_goes_on_to_the_same_limit():
     assert farthest(on_limit(fine), blenders(thing, 2)[0]) < 2e-4
 
 
-def test_adaptive_subdivision_goes_by_the_size_in_the_picture():
-    scene = kit.reset()
-    scene.render.resolution_x = scene.render.resolution_y = 64
-    thing = kit.put("cube", kit.diffuse(), smooth=True)
+def adaptive(thing) -> None:
+    """Let an object be subdivided by its size."""
     modifier = thing.modifiers.new("Subdivision", "SUBSURF")
     modifier.levels = modifier.render_levels = 0
     if bpy.app.version >= (5, 0, 0):
         modifier.use_adaptive_subdivision = True
     else:
-        scene.cycles.feature_set = "EXPERIMENTAL"
+        bpy.context.scene.cycles.feature_set = "EXPERIMENTAL"
         thing.cycles.use_adaptive_subdivision = True
+
+
+def test_adaptive_subdivision_goes_by_the_size_in_the_picture():
+    scene = kit.reset()
+    scene.render.resolution_x = scene.render.resolution_y = 64
+    thing = kit.put("cube", kit.diffuse(), smooth=True)
+    adaptive(thing)
     faces = []
     for rate in (1.0, 4.0):
         scene.cycles.dicing_rate = scene.cycles.preview_dicing_rate = rate
@@ -97,5 +114,41 @@ def test_adaptive_subdivision_goes_by_the_size_in_the_picture():
         assert np.linalg.norm(mesh.vertices, axis=1).max() < 1.0  # a ball within the cube
         assert np.allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
         uv = mesh.attribute(0)
-        assert len(uv.values) == 2 * len(mesh.triangles) and uv.values.min() >= 0.0 and uv.values.max() <= 1.0
-    assert faces[0] == 16 * faces[1]
+        assert len(uv.values) == mesh.corners.max() + 1 and uv.values.min() >= 0.0 and uv.values.max() <= 1.0
+    assert 10 < faces[0] / faces[1] < 20
+
+
+def test_faces_of_different_levels_leave_no_gaps():
+    """A cage of which faces on one side are refined most: each point has its place on the limit surface, each edge two
+    triangles, and each corner the coordinates of its point.
+    """
+    kit.reset()
+    thing = kit.put("monkey", None)
+    for polygon in thing.data.polygons:
+        polygon.use_smooth = True
+    data = thing.data
+    points, vertices, faces = arrays(data)
+    mesh = read_mesh(SceneDescription(), data)
+    uv = Attribute(77, DOMAIN_CORNER, points[vertices][:, :2].copy())
+    mesh.attributes = [uv, Attribute(78, DOMAIN_POINT, points[:, 1:].copy())]
+
+    def need(cage, level):
+        x = np.bincount(cage.corner_faces, cage.points[cage.corner_points, 0]) / np.bincount(cage.corner_faces)
+        return np.where(x > 0.2, 3 - level, 0)
+
+    surface = Surface(np.bincount(faces), vertices, None, None, frozenset(), False, False)
+    fine = subdivided(mesh, surface, need, Options())
+    assert len(np.unique(np.bincount(fine.polygons))) > 4 and fine.polygons.max() == len(data.polygons) - 1
+    even = subdivided(mesh, surface, lambda cage, level: np.full(cage.faces, 3 - level), Options())
+    assert len(even.triangles) == 2 * 4**2 * len(vertices) > 2 * len(fine.triangles)
+    assert farthest(fine.vertices, even.vertices) < 2e-6
+    edges = np.sort(fine.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    ends, users = np.unique(edges, axis=0, return_counts=True)
+    rim = np.unique(ends[users == 1])
+    assert users.max() == 2 and len(rim) == (users == 1).sum()  # closed lines: those of the monkey's eyes
+    of_points, of_corners = fine.attributes
+    assert np.allclose(of_points.values, fine.vertices[:, 1:], atol=1e-6)
+    assert np.abs(of_corners.values[fine.corners] - fine.vertices[fine.triangles][:, :, :2]).max() < 0.12  # the cage's
+    cross = np.cross(*(fine.vertices[fine.triangles[:, k]] - fine.vertices[fine.triangles[:, 0]] for k in (1, 2)))
+    smooth = fine.normals[fine.triangles[:, 0]]
+    assert fine.normals.dtype == np.float32 and ((cross * smooth).sum(1) > 0.0).mean() > 0.99
