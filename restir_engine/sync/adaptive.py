@@ -69,7 +69,7 @@ def diced(scene, item, data, mesh: Mesh, modifier, depsgraph) -> Mesh:
 
 
 class _Need:
-    """By how many levels faces should be finer: until their longest edges are nearest to 1 by `size`, of points and edges.
+    """By how many levels faces should be finer: till their longest edges are about 1 by `size`, of points and edges.
 
     crowded: whether faces would have been too many.
     """
