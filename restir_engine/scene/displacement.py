@@ -4,16 +4,20 @@ A vertex moves by the program of the first triangle with a material that displac
 where it sees the vertex' normal, although the triangle may be flat.
 Where the material is of the method DISPLACEMENT the vertex gets a normal anew, the mean of those of its triangles,
 each counting as one; with BOTH it keeps its normal, which the material bends as a bump does.
+
+What a mesh has become is kept while all that its programs can see is the same, and with it its acceleration structure.
 """
 
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING
+from collections.abc import Hashable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..kernels.core import records as rec
+from ..kernels.core.digest import digest
 from ..kernels.core.memory import address
 from ..kernels.shading.displace import displacements
 from . import names
@@ -22,13 +26,28 @@ from .shape import Attribute, Shape, attribute_table
 
 if TYPE_CHECKING:
     from .scene import Scene
+    from .trees import Trees
+
+# Of an INSTANCE: where things lie, and what no program sees.
+_UNSEEN = (
+    "mesh", "materials", "attributes", "majorants", "lights", "steps", "n_steps", "seen_by", "light_group", "light_set",
+    "blocker_set", "links", "blockers", "crypto_object", "crypto_asset",
+)  # fmt: skip
+_OF_RAYS = (192, 193, 194)  # opcodes whose instructions look at other meshes
 
 
-def displaced(scene: Scene) -> tuple[Shape, ...]:
+class Moved(NamedTuple):
+    """What a mesh has become, with all whose identity is in the key that it is kept by."""
+
+    result: Mesh
+    seen: tuple
+
+
+def displaced(scene: Scene, trees: Trees) -> tuple[Shape, ...]:
     """The meshes of a scene whose programs are committed, with those that are displaced in their places.
 
     A mesh that instances show with other materials, of which some displace it, gets a copy for each list of materials,
-    behind the others; `scene.instances` refers to these.
+    behind the others; `scene.instances` refers to these. trees: what scenes before have left.
     """
     displaces = scene.shaders.materials["displacement"] >= 0
     if not displaces.any():
@@ -43,20 +62,60 @@ def displaced(scene: Scene) -> tuple[Shape, ...]:
         if not isinstance(mesh, Mesh):
             continue
         if key not in copies:
-            moved = _displaced(scene, meshes, index, mesh)
-            alone = (scene.instances["mesh"] == row["mesh"]).sum() == 1
+            alone = bool((scene.instances["mesh"] == row["mesh"]).sum() == 1)
+            sight = _sight(scene, index, mesh, alone)
+            known = trees.moved.get(sight) if sight else None
+            if known is None:
+                moved = _displaced(scene, index, mesh)
+                known = Moved(with_normals_for(moved, row["to_object"]) if alone else moved, _seen(scene, mesh))
+                if sight:
+                    trees.moved.put(sight, known)
             copies[key] = len(meshes)
-            meshes.append(with_normals_for(moved, row["to_object"]) if alone else moved)
+            meshes.append(known.result)
     for (mesh, materials), other in copies.items():
         mine = (scene.instances["mesh"] == mesh) & (scene.instances["materials"] == materials)
         scene.instances["mesh"][mine] = other
     return tuple(meshes)
 
 
-def _displaced(scene: Scene, meshes: list[Shape], index: int, mesh: Mesh) -> Mesh:
-    """The mesh as an instance's materials displace it."""
+def _seen(scene: Scene, mesh: Mesh) -> tuple[np.ndarray, ...]:
+    """The arrays by whose identity a mesh and what its programs look up are known again."""
+    arrays = (array for name, array in mesh.arrays.items() if array is not None and name != "normals")
+    return *arrays, *(item.values for item in mesh.attributes), *scene.image_arrays
+
+
+def _sight(scene: Scene, index: int, mesh: Mesh, alone: bool) -> Hashable:
+    """All that tells how an instance's materials displace a mesh; None: that cannot be told."""
+    row = scene.instances[index : index + 1].copy()
+    programs = [scene.shaders[slot] for slot in _slots(scene, index)]
+    if row["n_attributes"][0] or any(np.isin(program.code, _OF_RAYS).any() for program in programs):
+        return None
+    for name in _UNSEEN:
+        row[name] = 0
+    camera = scene.camera
+    return (
+        tuple(map(id, _seen(scene, mesh))),
+        tuple((item.name, item.domain) for item in mesh.attributes),
+        mesh.normals is not None and digest(np.ascontiguousarray(mesh.normals)),
+        (mesh.normals_domain, tuple(mesh.generated_offset), tuple(mesh.generated_scale), alone),
+        row.tobytes(),
+        tuple((program.code.tobytes(), program.constants.tobytes(), program.displacement, program.flags)
+              for program in programs),
+        digest(scene.shaders.tables),
+        (camera.kind, camera.to_world.tobytes(), camera.screen, camera.width, camera.height, camera.projection),
+        scene.attribute_names.get(names.UNDISPLACED),
+    )  # fmt: skip
+
+
+def _slots(scene: Scene, index: int) -> np.ndarray:
+    """The materials of an instance's slots."""
     row = scene.instances[index]
-    slots = scene.material_slots[row["materials"] : row["materials"] + row["n_materials"]]
+    return scene.material_slots[row["materials"] : row["materials"] + row["n_materials"]]
+
+
+def _displaced(scene: Scene, index: int, mesh: Mesh) -> Mesh:
+    """The mesh as an instance's materials displace it."""
+    slots = _slots(scene, index)
     material = np.zeros(len(mesh.triangles), np.int32)
     if mesh.material_slots is not None:
         material = np.clip(mesh.material_slots, 0, len(slots) - 1)
@@ -94,7 +153,8 @@ def _moves(scene: Scene, index: int, mesh: Mesh, places: np.ndarray) -> np.ndarr
     attributes, mesh = attribute_table(mesh.attributes), copy.copy(mesh)
     mesh.steps = mesh.normal_steps = mesh.smooth = None
     if mesh.normals is None:
-        mesh.normals, mesh.normals_domain = vertex_normals(mesh), rec.DOMAIN_POINT
+        known = mesh.attribute(scene.attribute_names.get(names.VERTEX_NORMAL, -1))
+        mesh.normals, mesh.normals_domain = known.values if known else vertex_normals(mesh), rec.DOMAIN_POINT
     meshes, instances = np.array([mesh.record(attributes)]), scene.instances[index : index + 1].copy()
     instances["mesh"] = 0
     record = np.array([scene.record], rec.SCENE)

@@ -16,6 +16,7 @@ LENGTH = "\x00length"  # of strands, in object space
 STRAND_RANDOM = "\x00strand random"  # a number for each strand
 POINT_RANDOM = "\x00point random"  # a number for each point of a cloud
 
+VERTEX_NORMAL = "\x00vertex normal"  # Blender's normal at a vertex; on meshes that are flat, for what displaces them
 UNDISPLACED = "\x00undisplaced"  # where a displaced point was before; on meshes that are displaced
 
 _TANGENT = "\x00tangent:"

@@ -58,8 +58,9 @@ class Scene(RecordOwner):
         self._kept: list = [*description.instance_attributes, *description.images.arrays]
         freeze(description.instance_attributes, description.images.arrays)
         self._commit_shading(description.images.records())
+        self.image_arrays = tuple(description.images.arrays)
         if not whole:
-            self.meshes = displaced(self)
+            self.meshes = displaced(self, trees)
         for mesh in self.meshes:
             mesh.freeze()
         self._commit_shutter(description)
@@ -69,7 +70,6 @@ class Scene(RecordOwner):
             table = VectorTable(self, description.vectors)
             self._record[0]["vectors"] = table.address
             self._kept.append(table)
-        self.image_arrays = tuple(description.images.arrays)
         self.media_bounds = self._find_media()
         self.world = self._commit_world(description, before)
         self._kept += commit_majorants(self)

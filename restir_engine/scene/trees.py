@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..embree.scenes import MeshScene, Placed, ShapeScene
+from .displacement import Moved
 from .mesh import Mesh, moved
 from .recent import Recent
 from .shape import Shape
@@ -38,7 +39,8 @@ class Trees:
     """Owner of the bottom-level structures that the scenes of this frame and of the one before have used.
 
     A shape is known again by the arrays of its form, which do not change once they are committed. The pictures are the
-    same to the last bit whatever is kept; but where meshes are `instanced`, as in the 3D view.
+    same to the last bit whatever is kept; but where meshes are `instanced`, as in the 3D view. `moved`: what displaced
+    meshes have become.
     """
 
     def __init__(self, instanced: bool = False) -> None:
@@ -48,10 +50,11 @@ class Trees:
         self._own: Recent[_Kept] = Recent()  # structures in object space
         self._standing: Recent[_Kept] = Recent()  # structures in world space
         self._seen: Recent[_Kept] = Recent()
+        self.moved: Recent[Moved] = Recent()
 
     def next_frame(self) -> None:
         """Give up what the last frame did not use."""
-        for recent in (self._own, self._standing, self._seen):
+        for recent in (self._own, self._standing, self._seen, self.moved):
             recent.next_frame()
         self._large, self._large_before = 0, self._large
 

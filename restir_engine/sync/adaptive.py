@@ -6,7 +6,9 @@ of the modifier, whose points are on the limit surface; it is subdivided further
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -14,6 +16,7 @@ import numpy as np
 from ..scene import names
 from ..scene.camera import Camera
 from ..scene.mesh import Mesh
+from ..scene.recent import Recent
 from ..scene.subdivision import SHARP, Cage, Options, Surface, subdivided
 from .camera import sync_camera
 
@@ -36,36 +39,66 @@ def is_adaptive(item, modifier) -> bool:
     return bool(getattr(modifier, "use_adaptive_subdivision", own))
 
 
-def diced(scene, item, data, mesh: Mesh, modifier, depsgraph) -> Mesh:
-    """The mesh of an evaluated object, subdivided until its edges are of the size that is asked for."""
+class _Diced(NamedTuple):
+    mesh: Mesh  # as it was
+    result: Mesh
+    crowded: bool
+
+
+def diced(scene, item, data, mesh: Mesh, modifier, depsgraph, kept: Recent) -> Mesh:
+    """The mesh of an evaluated object, subdivided until its edges are of the size that is asked for.
+
+    kept: what earlier frames have made; what a mesh with the same size and settings has become is found there.
+    """
     cycles, in_render = depsgraph.scene.cycles, depsgraph.mode == "RENDER"
     rate = cycles.dicing_rate if in_render else cycles.preview_dicing_rate
+    done = modifier.render_levels if in_render else modifier.levels
+    in_space = getattr(modifier, "adaptive_space", "PIXEL") == "OBJECT"
+    longest = rate * (modifier.adaptive_object_edge_length if in_space else _pixel_size(item, modifier))
+    smooth = modifier.subdivision_type == "CATMULL_CLARK"
+    options = Options(smooth, modifier.boundary_smooth == "PRESERVE_CORNERS")
+    matrix, camera = np.array(item.matrix_world), _camera(scene, depsgraph)
+    view = camera.kind, camera.to_world.tobytes(), camera.screen, camera.width, camera.clip_start, matrix.tobytes()
+    key = (
+        id(mesh), longest, options, done, modifier.use_creases, modifier.uv_smooth, modifier.use_limit_surface,
+        cycles.max_subdivisions, in_space or (cycles.offscreen_dicing_scale, *view),
+    )  # fmt: skip
+    known = kept.get(key)
+    if known is not None:
+        return _told(scene, item, known)
     counts = _read(data.polygons, "loop_total", len(data.polygons), np.int32)
     vertices = _read(data.loops, "vertex_index", len(data.loops), np.int32)
-    if getattr(modifier, "adaptive_space", "PIXEL") == "OBJECT":
-        longest = modifier.adaptive_object_edge_length * rate
-
-        def size(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-            return np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1) / max(longest, 1e-9)
-    else:
-        own = modifier.adaptive_pixel_size if hasattr(modifier, "adaptive_pixel_size") else item.cycles.dicing_rate
-        matrix, camera = np.array(item.matrix_world), _camera(scene, depsgraph)
-
-        def size(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-            return _pixels(points, edges, matrix, camera, cycles.offscreen_dicing_scale) / max(own * rate, 1e-3)
-
-    need = _Need(size, cycles.max_subdivisions)
-    done = modifier.render_levels if in_render else modifier.levels
-    smooth = modifier.subdivision_type == "CATMULL_CLARK"
     uv_maps = frozenset(scene.attribute_name(name) for name in (names.UV, *(layer.name for layer in data.uv_layers)))
     surface = Surface(
         counts, vertices, _creases(data) if modifier.use_creases else None, _sharp_points(data, modifier.use_creases),
         uv_maps, modifier.uv_smooth != "NONE", done > 0 and modifier.use_limit_surface,
     )  # fmt: skip
-    result = subdivided(mesh, surface, need, Options(smooth, modifier.boundary_smooth == "PRESERVE_CORNERS"))
-    if need.crowded:
+
+    def size(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        if in_space:
+            lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+        else:
+            lengths = _pixels(points, edges, matrix, camera, cycles.offscreen_dicing_scale)
+        return lengths / max(longest, 1e-9)
+
+    need, cage = _Need(size, cycles.max_subdivisions), copy.copy(mesh)
+    normal = scene.attribute_names.get(names.VERTEX_NORMAL)
+    cage.attributes = [item for item in mesh.attributes if item.name != normal]
+    result = subdivided(cage, surface, need, options)
+    return _told(scene, item, kept.put(key, _Diced(mesh, result, need.crowded)))
+
+
+def _told(scene, item, diced: _Diced) -> Mesh:
+    if diced.crowded:
         scene.warnings.add("Object", item.name, "subdivided less finely: faces would be too many")
-    return result
+    return diced.result
+
+
+def _pixel_size(item, modifier) -> float:
+    """An object's own dicing rate: of the modifier, before of the object."""
+    if hasattr(modifier, "adaptive_pixel_size"):
+        return modifier.adaptive_pixel_size
+    return item.cycles.dicing_rate
 
 
 class _Need:

@@ -379,7 +379,7 @@ class _Reader:
         modifier = adaptive_modifier(item, self.depsgraph)
         if mesh is not None and modifier is not None and item != self._baked:
             with readable(item, data, self.depsgraph) as source:
-                mesh = diced(self.scene, item, source, mesh, modifier, self.depsgraph)
+                mesh = diced(self.scene, item, source, mesh, modifier, self.depsgraph, self._cache.diced)
         return mesh
 
     def _read_others(self, data) -> Shape | None:

@@ -121,6 +121,8 @@ def _read_attribute(mesh: Mesh, data, name: str, index: int) -> Attribute | None
     uv_map = names.tangent_uv(name)
     if uv_map is not None:
         return _tangents(mesh, data, uv_map, index)
+    if name == names.VERTEX_NORMAL:
+        return Attribute(index, DOMAIN_POINT, _vertex_normals(data)) if mesh.normals is None else None
     if name == names.POINTINESS:
         return Attribute(index, DOMAIN_POINT, pointiness(mesh, _edges(data), _vertex_normals(data)))
     if name == names.ISLAND:

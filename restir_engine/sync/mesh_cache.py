@@ -64,6 +64,7 @@ class MeshCache:
         self._others: Recent[_Kept] = Recent()  # strands and spheres
         self._forms: Recent[Shape] = Recent()  # strands and spheres without attributes, by what they are made of
         self._changed: frozenset[int] | None = None
+        self.diced: Recent = Recent()  # meshes subdivided by their size, see adaptive
         self.volumes: Recent = Recent()  # grids of files, see volumes
         self._memory = np.empty(0, np.uint8)  # where what is only looked at is read to
 
@@ -73,7 +74,8 @@ class MeshCache:
         changed: `session_uid`s of objects and data whose geometry has been evaluated anew; None: that is not known.
         """
         self._changed = changed
-        for recent in (self._meshes, self._shapes, self._standing, self._others, self._forms, self.volumes):
+        own = self._meshes, self._shapes, self._standing, self._others, self._forms
+        for recent in (*own, self.diced, self.volumes):
             recent.next_frame()
 
     def untouched(self, scene: SceneDescription, data: bpy.types.Mesh, memory: Memory) -> Mesh | None:

@@ -22,6 +22,7 @@ from restir_engine.settings import RenderSettings  # noqa: E402
 from restir_engine.sync.depsgraph import read_scene  # noqa: E402
 from restir_engine.sync.mesh import read_mesh  # noqa: E402
 from testing.blender import kit  # noqa: E402
+from testing.blender.scenes.displacement import adaptive  # noqa: E402
 
 
 def arrays(mesh):
@@ -86,17 +87,6 @@ def test_a_surface_that_is_subdivided_goes_on_to_the_same_limit():
     fine = cage(points, vertices, faces)
     fine = finer(cage(control_points(fine), vertices, faces), Options())
     assert farthest(on_limit(fine), blenders(thing, 2)[0]) < 2e-4
-
-
-def adaptive(thing) -> None:
-    """Let an object be subdivided by its size."""
-    modifier = thing.modifiers.new("Subdivision", "SUBSURF")
-    modifier.levels = modifier.render_levels = 0
-    if bpy.app.version >= (5, 0, 0):
-        modifier.use_adaptive_subdivision = True
-    else:
-        bpy.context.scene.cycles.feature_set = "EXPERIMENTAL"
-        thing.cycles.use_adaptive_subdivision = True
 
 
 def test_adaptive_subdivision_goes_by_the_size_in_the_picture():

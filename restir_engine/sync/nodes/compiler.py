@@ -12,7 +12,7 @@ from ...kernels.core import records as rec
 from ...kernels.core.vec import LARGEST_RADIANCE
 from ...kernels.lobes.nodes import BSDF_NODES, PRINCIPLED_HAIR, TRANSPARENT
 from ...kernels.shading import opcodes as ops
-from ...scene.names import split_object_property
+from ...scene.names import VERTEX_NORMAL, split_object_property
 from ...scene.shaders import Program
 from .assembler import Code, TooManyRegisters
 from .bump import displaced_normal
@@ -174,6 +174,7 @@ class Compiler(ValueCompiler):
 
     def _displaced(self, output: bpy.types.Node) -> None:
         """Add the program by which vertices are displaced."""
+        self.attribute(VERTEX_NORMAL)  # flat meshes are read with it
         self._displacement = self._apart(lambda: self.emit(ops.DISPLACE, self.vector(output, "Displacement")))
         if self.displacement_method == "DISPLACEMENT":
             self.flags |= rec.MATERIAL_DISPLACED_NORMALS

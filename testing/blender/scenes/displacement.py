@@ -1,5 +1,7 @@
 """Materials that move the vertices of meshes."""
 
+import bpy
+
 from .. import kit
 from ..registry import scene
 
@@ -49,3 +51,25 @@ def displacement():
 @scene(1, 128, deep=True)
 def vector_displacement():
     show([displaced("DISPLACEMENT", vectors(space)) for space in ("OBJECT", "TANGENT", "WORLD")])
+
+
+@scene(1, 128, deep=True)
+def flat_displacement():
+    """Flat bodies, whose faces stay together, two of them subdivided: evenly, and by their size."""
+    show([])
+    grown = displaced("DISPLACEMENT", lambda node: node("Displacement", Height=0.2, Midlevel=0.0, Scale=1.0))
+    _, even, by_size = kit.row([grown, grown, displaced("DISPLACEMENT", noise)], "cube", 4.2, 0.45)
+    modifier = even.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = modifier.render_levels = 2
+    adaptive(by_size)
+
+
+def adaptive(thing) -> None:
+    """Let an object be subdivided by its size."""
+    modifier = thing.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = modifier.render_levels = 0
+    if bpy.app.version >= (5, 0, 0):
+        modifier.use_adaptive_subdivision = True
+    else:
+        bpy.context.scene.cycles.feature_set = "EXPERIMENTAL"
+        thing.cycles.use_adaptive_subdivision = True
