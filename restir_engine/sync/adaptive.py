@@ -102,7 +102,7 @@ def _pixel_size(item, modifier) -> float:
 
 
 class _Need:
-    """By how many levels faces should be finer: till their longest edges are about 1 by `size`, of points and edges.
+    """By how many levels faces should be finer: till their edges are about 1 by `size`, of points and edges.
 
     crowded: whether faces would have been too many.
     """
@@ -113,9 +113,8 @@ class _Need:
 
     def __call__(self, cage: Cage, level: int) -> np.ndarray:
         sizes = self._size(cage.points[:, :3], cage.edges)[cage.corner_edges]
-        longest = np.zeros(cage.faces)
-        np.maximum.at(longest, cage.corner_faces, sizes)
-        need = np.rint(np.log2(np.maximum(longest, 1.0))).astype(np.int64)
+        mean = np.bincount(cage.corner_faces, sizes, cage.faces) / np.bincount(cage.corner_faces, minlength=cage.faces)
+        need = np.rint(np.log2(np.maximum(mean, 1.0))).astype(np.int64)
         need = np.minimum(need, self._most - level)
         while level == 0 and (4.0 ** np.minimum(need, 30)).sum() > MOST_QUADS and need.max() > 0:
             self.crowded = True
