@@ -74,14 +74,11 @@ def diced(scene, item, data, mesh: Mesh, modifier, depsgraph, kept: Recent) -> M
         uv_maps, modifier.uv_smooth != "NONE", done > 0 and modifier.use_limit_surface,
     )  # fmt: skip
 
-    def size(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-        if in_space:
-            lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-        else:
-            lengths = _pixels(points, edges, matrix, camera, cycles.offscreen_dicing_scale)
-        return lengths / max(longest, 1e-9)
+    def pixel(centres: np.ndarray, radii: np.ndarray) -> np.ndarray | float:
+        return 1.0 if in_space else _pixels(centres, radii, camera, cycles.offscreen_dicing_scale)
 
-    need, cage = _Need(size, cycles.max_subdivisions), copy.copy(mesh)
+    to_world = np.eye(4) if in_space else matrix
+    need, cage = _Need(to_world, pixel, max(longest, 1e-9), cycles.max_subdivisions), copy.copy(mesh)
     normal = scene.attribute_names.get(names.VERTEX_NORMAL)
     cage.attributes = [item for item in mesh.attributes if item.name != normal]
     result = subdivided(cage, surface, need, options)
@@ -102,23 +99,28 @@ def _pixel_size(item, modifier) -> float:
 
 
 class _Need:
-    """By how many levels faces should be finer: till their edges are about 1 by `size`, of points and edges.
+    """By how many levels faces should be finer, until their edges are about `length` pixels long on the mean.
 
+    to_world: to where lengths are measured; pixel: the size of one there, of spheres round faces (centres, radii).
     crowded: whether faces would have been too many.
     """
 
-    def __init__(self, size: Callable[[np.ndarray, np.ndarray], np.ndarray], most: int) -> None:
-        self._size, self._most = size, most
+    def __init__(self, to_world: np.ndarray, pixel: Callable, length: float, most: int) -> None:
+        self._matrix, self._pixel, self._length, self._most = to_world[:3], pixel, length, most
         self.crowded = False
 
     def __call__(self, cage: Cage, level: int) -> np.ndarray:
-        sizes = self._size(cage.points[:, :3], cage.edges)[cage.corner_edges]
-        mean = np.bincount(cage.corner_faces, sizes, cage.faces) / np.bincount(cage.corner_faces, minlength=cage.faces)
-        need = np.rint(np.log2(np.maximum(mean, 1.0))).astype(np.int64)
-        need = np.minimum(need, self._most - level)
-        while level == 0 and (4.0 ** np.minimum(need, 30)).sum() > MOST_QUADS and need.max() > 0:
+        corners = (cage.points[:, :3] @ self._matrix[:, :3].T + self._matrix[:, 3])[cage.corner_points]
+        first = np.flatnonzero(np.diff(cage.corner_faces, prepend=-1))
+        sizes = np.diff(np.append(first, len(corners)))
+        centres = np.add.reduceat(corners, first, axis=0) / sizes[:, None]
+        radii = np.maximum.reduceat(np.linalg.norm(corners - centres[cage.corner_faces], axis=1), first)
+        edges = np.add.reduceat(np.linalg.norm(corners - corners[cage.preceding], axis=1), first) / sizes
+        wanted = edges / (self._pixel(centres, radii) * self._length)
+        need = np.minimum(np.rint(np.log2(np.maximum(wanted, 1.0))).astype(np.int64), self._most - level)
+        if cage.faces + 3 * (need > 0).sum() > MOST_QUADS:
             self.crowded = True
-            need = np.minimum(need, need.max() - 1)
+            need[:] = 0
         return need
 
 
@@ -151,22 +153,19 @@ def _sharp_points(data, use: bool) -> np.ndarray | None:
     return SHARP * _read(found.data, "value", len(data.vertices), np.float32)
 
 
-def _pixels(points: np.ndarray, edges: np.ndarray, matrix: np.ndarray, camera: Camera, offscreen: float) -> np.ndarray:
-    """Lengths of edges in pixels, whatever way they look: by the size of a pixel at that of their ends that is nearer.
-
-    What lies beside the picture counts for as much less as `offscreen` says.
-    """
-    points = points @ matrix[:3, :3].T + matrix[:3, 3]
+def _pixels(centres: np.ndarray, radii: np.ndarray, camera: Camera, offscreen: float) -> np.ndarray:
+    """The size of a pixel where spheres are nearest to the camera; beside the picture `offscreen` times as large."""
     axes = camera.to_world[:, :3] / np.maximum(np.linalg.norm(camera.to_world[:, :3], axis=0), 1e-30)
     left, right, bottom, top = camera.screen
-    x, y, z = ((points - camera.to_world[:, 3]) @ axes).T
-    distance = np.maximum(np.sqrt(x * x + y * y + z * z), max(camera.clip_start, 1e-6))
+    x, y, z = ((centres - camera.to_world[:, 3]) @ axes).T
+    distance = np.maximum(np.sqrt(x * x + y * y + z * z) - radii, max(camera.clip_start, 1e-6))
     if camera.kind == "PANO":
-        pixel = 2.0 * np.pi * distance / camera.width
-    else:
-        depth = np.maximum(-z, 1e-6) if camera.kind == "PERSP" else 1.0
-        size = (right - left) / camera.width * (distance if camera.kind == "PERSP" else np.ones(len(distance)))
-        seen = (x / depth >= left) & (x / depth <= right) & (y / depth >= bottom) & (y / depth <= top) & (z < 0.0)
-        pixel = np.where(seen, size, size * offscreen)
-    lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
-    return lengths / np.minimum(pixel[edges[:, 0]], pixel[edges[:, 1]])
+        return 2.0 * np.pi * distance / camera.width
+    pixel = (right - left) / camera.width * (distance if camera.kind == "PERSP" else np.ones(len(distance)))
+    # How wide the picture is at that depth, and the sphere there.
+    depth = np.maximum(-z, 1e-6) if camera.kind == "PERSP" else np.ones(len(distance))
+    beside = np.maximum(
+        np.maximum(left * depth - x, x - right * depth), np.maximum(bottom * depth - y, y - top * depth)
+    )
+    seen = (beside <= 1.5 * radii) & (z < radii)
+    return np.where(seen, pixel, pixel * offscreen)
