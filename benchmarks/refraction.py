@@ -29,6 +29,7 @@ STILL = {
     "spatial, 2": {"sss_refraction": "SPATIAL", "sss_refraction_samples": 2},
     "spatial, 4": {"sss_refraction": "SPATIAL", "sss_refraction_samples": 4},
     "spatial, 2; 3 neighbours": {"sss_refraction": "SPATIAL", "sss_neighbours": 3},
+    "blocks": {"sss_shift": "BLOCKS"},
     "reconnection": {"sss_shift": "RECONNECTION"},
     "reconnection; spatial, 2": {"sss_shift": "RECONNECTION", "sss_refraction": "SPATIAL"},
 }
@@ -53,7 +54,8 @@ class Seen:
 
     def render(self, samples: int, camera=None, history=None, **settings) -> tuple[list[np.ndarray], float, object]:
         """(pictures of PARTS, processor seconds, history)."""
-        light = subsurface_light(self.scene, samples, camera, history, parts=PARTS, sss_method="HYBRID", **settings)
+        settings = {"sss_method": "HYBRID", "sss_shift": "NONE"} | settings
+        light = subsurface_light(self.scene, samples, camera, history, parts=PARTS, **settings)
         return light.parts, light.seconds, light.history
 
     def reference(self, camera=None) -> list[np.ndarray]:
@@ -107,11 +109,10 @@ def rows(name: str, found: dict[str, list]) -> Iterator[str]:
     """Lines of a table."""
     means = {row: np.mean(values, 0) for row, values in found.items()}
     base = means["PATH"], means["RESTIR"]
-    for row, (crossed, every, seconds) in means.items():
-        ratios = [
-            f"{mean * seconds / (other[k] * other[2]):.2f}" for k, mean in enumerate((crossed, every)) for other in base
-        ]
-        cells = f"{crossed:.4f} | {every:.4f} | {1000.0 * seconds:.0f}", *ratios
+    for row, (straight, every, seconds) in means.items():
+        products = straight * seconds, every * seconds
+        ratios = [f"{products[k] / (other[k] * other[2]):.2f}" for k in (0, 1) for other in base]
+        cells = f"{straight:.4f} | {every:.4f} | {1000.0 * seconds:.0f}", *ratios
         yield f"| {name} | {row} | {' | '.join(cells)} |"
 
 

@@ -27,7 +27,7 @@ BESIDE = SPACE | {"sss_shift": "RECONNECTION"}
 
 def image(scene, samples, seed, **settings) -> np.ndarray:
     """Luminance by HYBRID, (height, width)."""
-    settings = {"parts": (BOUNDARY,), "sss_method": "HYBRID"} | settings
+    settings = {"parts": (BOUNDARY,), "sss_method": "HYBRID", "sss_shift": "NONE"} | settings
     return subsurface_light(scene, samples, seed=seed, **settings).rgb @ LUMINANCE
 
 
