@@ -315,6 +315,6 @@ def in_motion(settings: RenderSettings, temporal: bool = True) -> RenderSettings
     Paths of indirect light are reused, unless what was asked for is another kind of reuse: docs/results/restir-pt.md.
     """
     reuse = replace(settings.reuse, temporal=temporal, rounds=max(settings.reuse.rounds, 1))
-    if resampled_shift(settings) == "NONE" and reuse.paths == "DIRECT":
+    if resampled_shift(settings) == settings.sss_refraction == "NONE" and reuse.paths == "DIRECT":
         reuse = replace(reuse, paths="INDIRECT")
     return replace(settings, samples=1, use_denoising=False, reuse=reuse)

@@ -62,6 +62,8 @@ class RenderSettings:
     sss_shift: str = "AUTO"  # RESTIR: NONE, AUTO, BLOCKS, RECONNECTION, DELAYED, HYBRID, SEQUENTIAL, SEQUENTIAL_FAST
     sss_neighbours: int = 8  # pixels that each takes subsurface light from
     sss_temporal: bool = False  # and from the frame before
+    sss_refraction: str = "NONE"  # RESTIR, HYBRID, what crosses straight: NONE, SPATIAL, TEMPORAL (and spatial)
+    sss_refraction_samples: int = 2  # directions in which it is looked for
     sss_max_scatters: int = 0  # scattering events that a random walk may have; 0: unlimited, -1: none
     sss_after_diffuse: str = "BURLEY_DIFFUSE"  # ALWAYS, BURLEY_DIFFUSE, DIFFUSE: which methods are diffuse from then on
     pixel_filter: str = "BLACKMAN_HARRIS"  # BOX, GAUSSIAN, BLACKMAN_HARRIS

@@ -136,12 +136,18 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
         reuse = column.column()
         reuse.active = own.integrator == "RESTIR"
         reuse.prop(own, "sss_shift")
-        several = reuse.column()
-        several.active = resampled_shift(own) != "NONE"
-        several.prop(own, "sss_neighbours")
         in_time = reuse.column()
         in_time.active = own.sss_shift not in ("NONE", "BLOCKS")
         in_time.prop(own, "sss_temporal")
+        crossing = reuse.column()
+        crossing.active = hybrid.active and not own.sss_irradiance_cache
+        crossing.prop(own, "sss_refraction")
+        samples = crossing.column()
+        samples.active = own.sss_refraction != "NONE"
+        samples.prop(own, "sss_refraction_samples")
+        several = reuse.column()
+        several.active = resampled_shift(own) != "NONE" or (crossing.active and samples.active)
+        several.prop(own, "sss_neighbours")
         column.prop(own, "cycles_burley_kernel")
         column.prop(own, "sss_after_diffuse")
 

@@ -71,18 +71,17 @@ def place_kernel(scene: SCENE, frame: FRAME, pixels, reservoirs, count, out):
             store_f64(row, 4 + pair, choice_density(b, offset, n, pair // 3, pair % 3))
 
 
-class Shifts:
-    """A frame's candidates, and the shifts of a round of `sss_shift` between its pixels."""
+class LayerShifts:
+    """The candidates of a layer of RESTIR (see RestirIntegrator.layers) in a frame, and shifts between its pixels."""
 
-    def __init__(self, scene, sss_shift: str, method: str = "DIFFUSION", turn: int = 0, seed: int = 1) -> None:
-        settings = RenderSettings(
-            integrator="RESTIR", max_bounces=0, seed=seed, sss_method=method, sss_shift=sss_shift, pixel_filter="BOX"
-        )
+    def __init__(self, scene, layer: str, turn: int = 0, **settings) -> None:
+        """turn: of which round of reuse the shifts are."""
+        settings = RenderSettings(integrator="RESTIR", max_bounces=0, pixel_filter="BOX", **settings)
         width, height = scene.camera.film_size
         self.film = Film(width, height, required_passes(settings.passes, False), 1.0)
         self.integrator = RestirIntegrator(FrameContext(scene), settings, self.film)
-        self.frame = self.integrator.frame.companion
-        self.reuse = self.integrator.subsurface.reuse.by_round[turn][0]
+        self.frame = self.integrator.frame.companions[layer]
+        self.reuse = getattr(self.integrator, layer).reuse.by_round[turn][0]
         self.scratch = self.integrator.scratch()
         for stage in self.integrator.stages(0, 1):
             if "_spatial" in repr(stage.run):
@@ -91,7 +90,7 @@ class Shifts:
                 stage.run(item, self.scratch)
         self.reservoirs = self.frame.reservoirs[0].reshape(-1)
         self.lit = np.flatnonzero(self.reservoirs["contribution_weight"] > 0.0)
-        self.domains = np.flatnonzero(self.frame.domains["bssrdf"]["kind"].reshape(-1) > 0)
+        self.domains = np.flatnonzero(self.reservoirs["confidence"] > 0.0)
 
     @property
     def _records(self) -> tuple:
@@ -107,6 +106,13 @@ class Shifts:
             len(starts), address(out),
         )  # fmt: skip
         return out
+
+
+class Shifts(LayerShifts):
+    """Those of a round of `sss_shift`."""
+
+    def __init__(self, scene, sss_shift: str, method: str = "DIFFUSION", turn: int = 0, seed: int = 1) -> None:
+        super().__init__(scene, "subsurface", turn, seed=seed, sss_method=method, sss_shift=sss_shift)
 
     def redrawn(self, pixels) -> np.ndarray:
         """Reservoirs (n,) of pixels with line, channel and hit drawn anew."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -24,14 +24,18 @@ from restir_engine.scene.camera import Camera
 from restir_engine.scene.lamps import area_lamp, point_lamp
 from restir_engine.scene.scene import Scene
 from restir_engine.scene.shaders import Program
+from restir_engine.scene.shutter import Shutter
+from restir_engine.scene.world import World
 from restir_engine.session import Session
 from restir_engine.settings import RenderSettings
+from testing.scenes.blurred import move, turned
 from testing.scenes.lights import matrix
-from testing.scenes.rooms import UNSEEN, Builder, diffuse, look, program, scaled
+from testing.scenes.rooms import UNSEEN, Builder, checkered, diffuse, look, program, scaled
 from testing.scenes.scattering import subsurface_program
 from testing.scenes.shapes import OUTWARD, QUAD, icosphere
 
 SKIN = (0.8, 0.5, 0.35), (0.2, 0.08, 0.05)  # colour, radius by channel: mean free paths
+MILK = 0.9, 0.87, 0.8  # colour
 MOVES = ("lamp", "body", "shape")
 STEPS = 3
 
@@ -86,6 +90,42 @@ def ear(b: Builder) -> None:
     b.add((np.concatenate([front, back]), triangles), skin(0.6), matrix())
     b.add(OUTWARD, diffuse((0.2, 0.2, 0.2)), scaled(matrix((0.1, 0.7, 0.0), (0.5, 0.0, 1.0)), 0.05, 0.05, 1.2))
     b.lamp(area_lamp(matrix((0.3, 3.0, 0.5), (0.1, 1.0, 0.2)), 200.0 * np.ones(3), 0.3, 0.3, seen_by=UNSEEN))
+
+
+def glass(color, length: float, entry: str = "DIFFUSE") -> Callable[[Builder], None]:
+    """A plate, half as thick as that mean free path, with a lamp behind it and a stick that throws a shadow."""
+
+    def build(b: Builder) -> None:
+        program = subsurface_program(color, length * np.array([1.0, 0.8, 0.6]), entry=entry)
+        b.add(OUTWARD, program, scaled(matrix(), 0.8, 0.25 * length, 0.8))
+        b.add(OUTWARD, diffuse((0.2, 0.2, 0.2)), scaled(matrix((0.1, 0.7, 0.0), (0.5, 0.0, 1.0)), 0.05, 0.05, 1.2))
+        b.lamp(area_lamp(matrix((0.3, 3.0, 0.5), (0.1, 1.0, 0.2)), 200.0 * np.ones(3), 0.3, 0.3, seen_by=UNSEEN))
+
+    return build
+
+
+def under_textured_light(b: Builder) -> None:
+    """A plate of milk glass under a checkered sky."""
+    program = subsurface_program(MILK, (0.2, 0.16, 0.12), entry="DIFFUSE")
+    b.add(OUTWARD, program, scaled(matrix(), 0.8, 0.05, 0.8))
+    b.scene.world = World(material=b.scene.shaders.add(checkered((2.0, 1.0, 0.4), (0.05, 0.1, 0.3), 1.7)), map_width=64)
+
+
+def wide_lamp(b: Builder) -> None:
+    """A plate of milk glass before a lamp that half of all directions lead to."""
+    program = subsurface_program(MILK, (0.2, 0.16, 0.12), entry="DIFFUSE")
+    b.add(OUTWARD, program, scaled(matrix(), 0.8, 0.15, 0.8))
+    b.lamp(area_lamp(matrix((0.3, 1.5, 0.5), (0.1, 1.0, 0.2)), 60.0 * np.ones(3), 5.0, 5.0, seen_by=UNSEEN))
+
+
+def turning_plate(size: int) -> Scene:
+    """A plate of milk glass that turns while the shutter is open, a lamp and a still stick behind it; committed."""
+    b = Builder()
+    glass(MILK, 0.2)(b)
+    scene = b.describe(view_at(0.0, size))
+    move(scene, {0: [turned(0.3 * k, (0.1 * k, 0.0, 0.0), 0.8, 0.05, 0.8) for k in (-1, 0, 1)]})
+    scene.shutter = Shutter(np.ones(3))
+    return scene.commit()
 
 
 def _ball(b: Builder) -> None:
@@ -145,17 +185,33 @@ EXPERIMENTS: dict[str, Experiment] = {
 }
 if "RESTIR_ASSETS" not in os.environ:
     del EXPERIMENTS["dragon"]
+# Of light that crosses straight.
+CROSSED: dict[str, Callable[[Builder], None]] = {
+    "thin ear": ear,
+    "milk glass": glass(MILK, 0.2),
+    "dark glass": glass((0.25, 0.4, 0.15), 0.2),
+    "textured light": under_textured_light,
+    "wide lamp": wide_lamp,
+    "refractive entry": glass(MILK, 0.2, "REFRACTIVE"),
+    "skin's entry": glass(MILK, 0.2, "SKIN"),
+}
 
 
 def camera_at(name: str, turn: float, size: int) -> Camera:
     """A close-up of one of EXPERIMENTS from in front, `turn` degrees to the side."""
-    angle = math.radians(turn)
-    camera = look((2.6 * math.sin(angle), -2.6 * math.cos(angle), 0.4), (0.0, 0.0, 0.0), size)
+    camera = view_at(turn, size)
     whole, middle = EXPERIMENTS[name][1:]
     if not whole:
         return camera
     corner = (round(whole * at - size / 2) for at in middle)
     return replace(camera, width=whole, height=whole, region=(*corner, size, size))
+
+
+def view_at(turn: float, size: int, distance: float = 2.6) -> Camera:
+    """A view from in front, `turn` degrees to the side."""
+    angle = math.radians(turn)
+    place = np.array([math.sin(angle), -math.cos(angle), 0.4 / 2.6])
+    return look(distance * place, (0.0, 0.0, 0.0), size)
 
 
 def experiment(name: str, size: int) -> Scene:
@@ -165,17 +221,30 @@ def experiment(name: str, size: int) -> Scene:
     return b.finish(camera_at(name, 0.0, size))
 
 
+def crossed(name: str, size: int, distance: float = 2.6) -> Scene:
+    """One of CROSSED, committed."""
+    b = Builder()
+    CROSSED[name](b)
+    return b.finish(view_at(0.0, size, distance))
+
+
 class Light(NamedTuple):
     """What a render has found of the direct light from below surfaces."""
 
     rgb: np.ndarray  # float64 (height, width, 3)
+    parts: list[np.ndarray]  # several such, of which that is the first
     seconds: float  # of the processor, without what compiles and builds
     history: History | None
 
 
-def subsurface_light(scene: Scene, samples: int, camera=None, history=None, **settings) -> Light:
-    """Render so many samples on one thread, by DIFFUSION and RESTIR where `settings` do not say otherwise."""
-    passes = frozenset({"Combined", "Subsurface"})
+def subsurface_light(
+    scene: Scene, samples: int, camera=None, history=None, parts: Sequence[str] = ("Subsurface",), **settings
+) -> Light:
+    """Render so many samples on one thread, by DIFFUSION and RESTIR where `settings` do not say otherwise.
+
+    parts: the passes that are returned.
+    """
+    passes = frozenset({"Combined", *parts})
     reuse = ReuseSettings(pilot=False)
     defaults = {
         "integrator": "RESTIR",
@@ -191,4 +260,5 @@ def subsurface_light(scene: Scene, samples: int, camera=None, history=None, **se
     start = time.process_time()
     assert session.render()
     seconds = time.process_time() - start
-    return Light(session.film.pass_array("Subsurface")[..., :3].astype(float), seconds, session.history)
+    found = [session.film.pass_array(part)[..., :3].astype(float) for part in parts]
+    return Light(found[0], found, seconds, session.history)

@@ -73,6 +73,10 @@ WAYS = {
     "indirect": ("room", {"reuse": ReuseSettings(paths="INDIRECT", **SPATIAL)}),
     "below": ("skin", {"reuse": ReuseSettings(pilot=False), "sss_method": "HYBRID", "sss_shift": "RECONNECTION"}),
     "blocks": ("skin", {"reuse": ReuseSettings(pilot=False), "sss_method": "DIFFUSION", "sss_shift": "BLOCKS"}),
+    "crossing": (
+        "skin",
+        {"reuse": ReuseSettings(pilot=False), "sss_method": "HYBRID", "sss_refraction": "TEMPORAL"},
+    ),
 }
 
 

@@ -94,7 +94,7 @@ def test_pictures_in_motion_resample_the_one_before(live, edited, step, shift):
     history = live._last[2]
     moving = in_motion(settings)
     assert moving.reuse.paths == ("INDIRECT" if shift == "AUTO" else "DIRECT")
-    assert history.serves((moving.reuse, moving.sss_shift, moving.sss_method))
+    assert history.serves((moving.reuse, moving.sss_shift, moving.sss_method, moving.sss_refraction))
     most, fresh = history.before.frame.reservoirs["confidence"].max(), 1.0 + moving.reuse.neighbours
     assert most <= fresh if edited and shift == "AUTO" else most > fresh
 

@@ -120,7 +120,7 @@ def enter_block(scene, integrator, film, scratch, block, path, sp, medium, burle
     if not 0.0 < total < 1.0e30:
         return ENDS
     if lit < n:
-        light_one(scene, integrator, film, scratch, path, sp, n, largest, True)
+        light_one(scene, integrator, film, scratch, path, sp, n, largest, True, False)
     k = choose_exit(scratch, n, total, rng.sample1(path.key, path.sample, dimension + DIM_EXIT))
     leave_by(scene, scratch, sp, k)
     if k >= lit:

@@ -90,7 +90,7 @@ class Frame(RecordOwner):
         record = self._record[0]
         record["width"], record["height"], record["channels"] = width, height, channels
         record["light_groups"] = address(light_groups) if groups else 0
-        self.companion: Frame | None = None  # of another technique at the same points
+        self.companions: dict[str, Frame] = {}  # of other techniques at the same points
         self._x = self._y = 0
         self.place((0, 0, width, height))
 
@@ -103,20 +103,25 @@ class Frame(RecordOwner):
             self._record[0][name] = self._origin(getattr(self, name))
         self.use_reservoirs(0)
 
-    def accompany(self, reservoir: np.dtype, domain: np.dtype) -> None:
-        """Make the companion: it shares all but reservoirs, light, and what its technique keeps of each pixel."""
+    def accompany(self, name: str, reservoir: np.dtype, domain: np.dtype, radii: bool = False) -> None:
+        """Make a companion: it shares all but reservoirs, light, and what its technique keeps of each pixel.
+
+        radii: whether how far neighbours may be is a part of that.
+        """
         other = copy.copy(self)
         shape = self.points.shape
         other._reservoirs = [np.zeros((1, *shape), reservoir) for _ in range(2)]
         other.light = np.zeros((*shape, 9), np.float32)
         other.light_by_group = np.zeros_like(self.light_by_group)
         other.domains = np.zeros(shape, domain)
-        other.radii = np.zeros(shape, np.float32)
+        other.radii = np.zeros(shape if radii else 0, np.float32)
+        other.companions = {}
         other._record = self._record.copy()
-        for name in ("light", "light_by_group", "domains", "radii"):
-            other._record[0][name] = address(getattr(other, name))
+        for field in ("light", "light_by_group", "domains", "radii"):
+            array = getattr(other, field)
+            other._record[0][field] = address(array) if array.size else 0
         other.use_reservoirs(0)
-        self.companion = other
+        self.companions[name] = other
 
     def _origin(self, array: np.ndarray, axis: int = 1) -> int:
         """The address at which the item of the film's first pixel would be; axis: that of the columns."""
@@ -150,7 +155,6 @@ class Frame(RecordOwner):
         """Memory that the frame takes."""
         arrays = [self.points, self.paths, self.pixels, self.hits, self.light, self.indirect]
         arrays += [self.mean_visibilities, self.control_variates, self.light_by_group]
-        own = self.companion
-        if own:
+        for own in self.companions.values():
             arrays += [own.light, own.light_by_group, own.domains, own.radii, *own._reservoirs]
         return sum(array.nbytes for array in [*arrays, *self._reservoirs, *self._pools.values()])

@@ -57,7 +57,7 @@ class History:
     def remember(self, integrator: Integrator, frame: Frame) -> Frame | None:
         """Make a finished frame the one before; returns the one that was if its arrays fit for the next."""
         old = self.before.frame if self.before else None
-        if old and old.pixels.shape != frame.pixels.shape:
+        if old and (old.pixels.shape != frame.pixels.shape or old.companions.keys() != frame.companions.keys()):
             old = None
         self.before = Before(integrator.context, integrator.record.copy(), integrator.tables, frame)
         return old

@@ -31,8 +31,9 @@ SPATIAL = Direct(spatial_tile)
 class Reuse:
     """Temporal and spatial reuse of the samples of a technique, a TECHNIQUE record (1,).
 
-    later: the records of spatial rounds behind the first, where these shift otherwise. companion: whether the samples
-    are those of the frames' companions. mis_in_time: MIS weights of temporal reuse, where they are not the settings'.
+    later: the records of spatial rounds behind the first, where these shift otherwise. companion: the name of the
+    frames' companions that have the samples; None: the frames themselves. mis_in_time: MIS weights of temporal reuse,
+    where they are not the settings'.
     """
 
     def __init__(
@@ -40,7 +41,7 @@ class Reuse:
         settings: ReuseSettings,
         technique: np.ndarray,
         later: Sequence[np.ndarray] = (),
-        companion: bool = False,
+        companion: str | None = None,
         mis_in_time: str | None = None,
     ) -> None:
         self._techniques = (technique, *later)
@@ -67,13 +68,17 @@ class Reuse:
             self._begin(records, seed)
         found = []
         rounds = self.settings.rounds
-        if history.before and self.settings.temporal:
+        if history.before and self.settings.temporal and self._own(history.before.frame):
             args = (history, history.motion(context.scene).record, context, integrator, frame, rounds == 0)
             found.append(Stage(partial(self._temporal, *args), finish=frame.use_reservoirs))
         for turn in range(rounds):
             run = partial(self._spatial, context, integrator, frame, self._of_round(turn), turn)
             found.append(Stage(run, finish=frame.use_reservoirs))
         return found
+
+    def _own(self, frame: Frame) -> Frame | None:
+        """The frame, or its companion, that has the samples; None: the scene had nothing to sample then."""
+        return frame.companions.get(self._companion) if self._companion else frame
 
     def corner(self, seed: int) -> tuple[int, int]:
         """By how many pixels the blocks of a frame begin before multiples of their side, along x and y."""
@@ -132,7 +137,7 @@ class Reuse:
 
     def _temporal(self, history, motion, context, integrator, frame, last, tile: Tile, scratch) -> None:
         then = history.before
-        before = then.frame.companion if self._companion else then.frame
+        before = self._own(then.frame)
         for reuse in self._in_time:
             temporal_tile(
                 context.record, context.camera_record, integrator[0], frame.record,

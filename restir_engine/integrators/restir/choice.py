@@ -44,6 +44,7 @@ from ..resampling.spatial import spatial_tile
 from ..techniques.direct.candidates import candidates_tile
 from ..techniques.path.shift import shift_path
 from ..techniques.path.work import RAYS, SHIFTS, VERTICES, work_done
+from ..techniques.refraction.layer import resamples_refraction
 from ..techniques.subsurface.layer import resamples_subsurface
 from .gbuffer import gbuffer_tile
 from .integrator import RestirIntegrator
@@ -102,8 +103,8 @@ def integrator_of(
     if context.scene.record["flags"] & SCENE_HAS_VARYING_MEDIA:
         settings = _without_reuse(settings, context.scene)
     reuse = settings.reuse
-    shares = shares_exits(context.scene, settings)
-    resamples = reuse.temporal or reuse.rounds or resamples_subsurface(context.scene, settings)
+    shares = shares_exits(context.scene, settings) and not resamples_refraction(context.scene, settings)
+    resamples = reuse.temporal or reuse.rounds or _resamples_below(context.scene, settings)
     if not shares and (not reuse.pilot or resamples or "Visibility Estimate" in settings.passes):
         return RestirIntegrator(context, settings, film, history)
     walks = bool(context.scene.record["flags"] & SCENE_HAS_SUBSURFACE)
@@ -160,13 +161,17 @@ def can_reuse(context: FrameContext, settings: RenderSettings) -> bool:
     return still and resamples_paths(_with(settings, REUSED).reuse, scene)
 
 
+def _resamples_below(scene: Scene, settings: RenderSettings) -> bool:
+    return resamples_subsurface(scene, settings) or resamples_refraction(scene, settings)
+
+
 def _without_reuse(settings: RenderSettings, scene: Scene) -> RenderSettings:
     """The settings where media vary in space: light through them is an estimate, which reuse would weigh as exact."""
     reuse = settings.reuse
-    if reuse.temporal or reuse.rounds or resamples_subsurface(scene, settings):
+    if reuse.temporal or reuse.rounds or _resamples_below(scene, settings):
         scene.warnings.add("Render", "Reuse", "is off, as there are volumes that vary in space")
     shift = settings.sss_shift if resampled_shift(settings) == "NONE" else "NONE"
-    return replace(settings, sss_shift=shift, reuse=replace(reuse, temporal=False, rounds=0))
+    return replace(settings, sss_shift=shift, sss_refraction="NONE", reuse=replace(reuse, temporal=False, rounds=0))
 
 
 def smaller(camera: Camera, pixels: int) -> Camera:

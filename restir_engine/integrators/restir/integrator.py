@@ -23,6 +23,7 @@ from ..techniques.direct.groups import LAST, LAST_OF_FRAME
 from ..techniques.direct.row import direct_technique
 from ..techniques.direct.sample import DIRECT_RESERVOIR
 from ..techniques.direct.visibility import visibility_of
+from ..techniques.refraction.layer import RefractionLayer, resamples_refraction
 from ..techniques.subsurface.layer import SubsurfaceLayer, resamples_subsurface
 from ..techniques.subsurface.watch import add_watched, watches
 from .gbuffer import gbuffer_tile
@@ -46,7 +47,7 @@ class RestirIntegrator(Integrator):
         self, context: FrameContext, settings: RenderSettings, film: Film, history: History | None = None
     ) -> None:
         options = settings.reuse
-        kept = (options, settings.sss_shift, settings.sss_method)
+        kept = (options, settings.sss_shift, settings.sss_method, settings.sss_refraction)
         if history is None or not history.serves(kept):
             history = History(kept)
         is_whole = resamples_paths(options, context.scene)
@@ -63,15 +64,19 @@ class RestirIntegrator(Integrator):
         groups = int(film.record["light_groups"])
         self.paths = PathSteps(self.record, groups) if is_whole else None
         self.reuse = Reuse(options, self.paths.technique if self.paths else direct_technique(options))
-        below = resamples_subsurface(context.scene, settings) and not self.paths
-        self.subsurface = SubsurfaceLayer(settings) if below else None
+        scene = context.scene
+        crossing = resamples_refraction(scene, settings) and not self.paths
+        self.refraction = RefractionLayer(settings) if crossing else None
+        below = resamples_subsurface(scene, settings) and not self.paths
+        self.subsurface = SubsurfaceLayer(settings, crossing) if below else None
+        self.layers = [layer for layer in (self.subsurface, self.refraction) if layer]
         self._seed = settings.seed
         self._shows_visibility = "Visibility Estimate" in settings.passes and carries_visibility(settings)
         reservoir = self.paths.reservoir if self.paths else DIRECT_RESERVOIR
         shape = {"reservoir": reservoir, "layers": len(self.reuse.records), "indirect": self.paths is not None}
         shape["light_groups"] = context.scene.light_groups if film.has_light_groups else None
         self._frame_of = partial(Frame, channels=film.pixels.shape[2], **shape)
-        whole = not self.reuse.block or self.subsurface or self._shows_visibility or self.cache
+        whole = not self.reuse.block or self.layers or self._shows_visibility or self.cache
         self.frame = self._new_frame() if whole else None
         if not whole:
             self.max_batch = MOST_FRAMES
@@ -80,14 +85,14 @@ class RestirIntegrator(Integrator):
     def _new_frame(self) -> Frame:
         size = self.film.width, self.film.height
         frame = self._frame_of(*size, mean_visibilities=self.history.mean_visibilities(*size))
-        if self.subsurface:
-            self.subsurface.accompany(frame)
+        for layer in self.layers:
+            layer.accompany(frame)
         return frame
 
     def kernels(self) -> list:
         """The steps of a frame in their order, see `stages`."""
         candidates, shade = self.paths.kernels if self.paths else (candidates_tile, shade_tile)
-        below = self.subsurface.kernels() if self.subsurface else []
+        below = [kernel for layer in self.layers for kernel in layer.kernels()]
         return [fill_tiles, gbuffer_tile, candidates, *self.reuse.kernels(), *below, shade, film_tile]
 
     def stages(self, first_sample: int, samples: int) -> list[Stage]:
@@ -100,14 +105,14 @@ class RestirIntegrator(Integrator):
         reuse = self.reuse.stages(self.context, self.record, self.frame, self.history, self._frame_seed(first_sample))
         last = LAST_OF_FRAME if self.reuse.settings.temporal else LAST
         frame = self.frame
-        below = self._subsurface_stages(first_sample) if self.subsurface else []
+        below = [stage for layer in self.layers for stage in self._layer_stages(layer, first_sample)]
         return [
             *self._fill(first_sample),
             Stage(partial(self._gbuffer, first_sample, frame)),
             Stage(partial(self._candidates, 0 if reuse else last, frame)),
             *reuse,
             *below,
-            Stage(partial(self._shade, frame)),
+            Stage(partial(self._shade, frame, self._lights(frame))),
             Stage(partial(self._film, first_sample, frame), finish=self._finish),
         ]
 
@@ -123,7 +128,7 @@ class RestirIntegrator(Integrator):
             self._gbuffer(sample, frame, tile, scratch)
             self._candidates(0 if self.reuse.settings.rounds else LAST, frame, tile, scratch)
             reuse(frame, tile, scratch)
-            self._shade(frame, tile, scratch)
+            self._shade(frame, self._lights(frame), tile, scratch)
             self._film(sample, frame, tile, scratch)
 
     def _frame_seed(self, sample: int) -> int:
@@ -136,11 +141,10 @@ class RestirIntegrator(Integrator):
         tiles = [(tile, tile + 1) for tile in range(self.context.tiles.count)]
         return [Stage(partial(self._fill_tiles, self._frame_seed(sample)), tiles)]
 
-    def _subsurface_stages(self, sample: int) -> list[Stage]:
-        """Candidates and reuse of subsurface light."""
-        layer, frame = self.subsurface, self.frame
-        seed = self._frame_seed(sample)
-        reuse = layer.reuse.stages(self.context, self.record, frame.companion, self.history, seed)
+    def _layer_stages(self, layer: SubsurfaceLayer | RefractionLayer, sample: int) -> list[Stage]:
+        """Candidates and reuse of light below the surface."""
+        frame, seed = self.frame, self._frame_seed(sample)
+        reuse = layer.reuse.stages(self.context, self.record, frame.companions[layer.name], self.history, seed)
         args = (0 if reuse else 1, self.context, self.record, self.film.record, frame)
         return [Stage(partial(layer.candidates, *args)), *reuse]
 
@@ -158,8 +162,8 @@ class RestirIntegrator(Integrator):
             sums[..., :3] += np.nan_to_num(v)
             sums[..., 3] += np.isfinite(v).mean(-1)
         if self.subsurface and watches(self.settings.passes):
-            add_watched(self.film, self.settings.passes, self.frame.companion)
-        if self.reuse.settings.temporal or (self.subsurface and self.subsurface.reuse.settings.temporal):
+            add_watched(self.film, self.settings.passes, self.frame.companions[self.subsurface.name])
+        if any(one.reuse.settings.temporal for one in (self, *self.layers)):
             self.frame = self.history.remember(self, self.frame) or self._new_frame()
 
     def _fill_tiles(self, seed: int, tiles: tuple[int, int], scratch: np.ndarray) -> None:
@@ -183,12 +187,18 @@ class RestirIntegrator(Integrator):
         args = self.context.address, address(self.record), *layers, frame.address, address(scratch)
         CANDIDATES(*args, *tile, last)
 
-    def _shade(self, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
+    def _lights(self, frame: Frame) -> np.ndarray:
+        """int64 (layers, 2): addresses of each layer's FRAME and of the code that adds its light."""
+        return np.array([(frame.companions[a.name].address, a.shading) for a in self.layers], np.int64).reshape(-1, 2)
+
+    def _shade(self, frame: Frame, lights: np.ndarray, tile: Tile, scratch: np.ndarray) -> None:
         if self.paths:
             self.paths.light(self, frame, tile, scratch)
             return
-        companion = (frame.companion.address, *self.subsurface.shading) if self.subsurface else (0, 0, 0)
-        SHADE(*self._later, frame.address, address(scratch), self.reuse.settings.exit_lights, *companion, *tile)
+        way = (int(lights[0, 0]), self.subsurface.go_on) if self.subsurface else (0, 0)
+        method = self.refraction.method if self.refraction else 0
+        below = address(lights), len(lights), *way, method
+        SHADE(*self._later, frame.address, address(scratch), self.reuse.settings.exit_lights, *below, *tile)
 
     def _film(self, sample: int, frame: Frame, tile: Tile, scratch: np.ndarray) -> None:
         FILM(self.film.address, frame.address, *tile)

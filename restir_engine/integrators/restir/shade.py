@@ -1,7 +1,7 @@
 """The last steps of a frame: a reservoir's light is added, the path goes on, and the film takes the frame in."""
 
 from ...kernels.core.jit import inlined, kernel
-from ...kernels.core.memory import call_entry, call_for_outcome, record_address
+from ...kernels.core.memory import call_entry, call_for_outcome, load_i64, record_address
 from ...kernels.core.records import (
     CAMERA,
     FILM,
@@ -41,11 +41,13 @@ def _add_light(integrator, film, path, frame, pixel):
 @kernel
 def shade_tile(
     scene: SCENE, camera: CAMERA, integrator: INTEGRATOR, film: FILM, frame: FRAME, scratch, exit_lights,
-    companion, add_light, go_on, x0, y0, x1, y1,
+    lights, n_lights, companion, go_on, method, x0, y0, x1, y1,
 ):  # fmt: skip
     """Light the vertices of a tile and follow their paths on; exit_lights: see `trace_path`.
 
-    companion: the address of the FRAME of subsurface light, whose code the next two are; 0: there is none.
+    lights: int64 [n_lights, 2], addresses of a FRAME of light from below and of the code that adds it. go_on: code of
+    how paths go on below the surface by what the FRAME at `companion` has chosen; method: code that follows those for
+    which nothing was chosen (see kernels.subsurface.methods). Each 0: there is none.
     """
     scene, camera = tile_scene(scene, scratch, 0), tile_camera(camera, scratch, 0)
     path = path_at(scratch + SCRATCH_PATH, 0)
@@ -58,14 +60,17 @@ def shade_tile(
             set_time(scene, camera, path_at(frame.paths, index).time)
             take_up(scene, integrator, frame, scratch, path, sp, index)
             _add_light(integrator, film, path, frame, index)
-            if companion != 0:
-                call_entry(add_light, record_address(integrator), record_address(film), companion, scratch, index)
+            for k in range(n_lights):
+                at, add_light = load_i64(lights, 2 * k), load_i64(lights, 2 * k + 1)
+                call_entry(add_light, record_address(integrator), record_address(film), at, scratch, index)
             event = bounce(scene, integrator, path, sp)
-            if event == ENTERS and companion != 0:
-                at = record_address(scene), record_address(integrator)
+            at = record_address(scene), record_address(integrator), record_address(film)
+            if event == ENTERS and go_on != 0:
                 event = call_for_outcome(go_on, at[0], at[1], companion, scratch, index)
             if event == GOES_ON and path.mis_pdf > 0.0:
                 path.mis_pdf = COUNTED
+            if event == ENTERS and method != 0:
+                event = call_for_outcome(method, at[0], at[1], at[2], scratch, 0)
             hit = hit_at(frame.hits, index)
             if event == GOES_ON and hit.instance != UNTRACED:
                 put_nearest(scratch, 1.0 * hit.t, int(hit.instance), int(hit.primitive), 1.0 * hit.u, 1.0 * hit.v)

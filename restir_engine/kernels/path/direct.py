@@ -91,16 +91,17 @@ def add_unless_shadowed(scene, integrator, film, scratch, path, sp, c, what):
 
 
 @inlined
-def sampled_light(scene, scratch, sp, u0, u1, u2):
+def sampled_light(scene, scratch, sp, u0, u1, u2, alone):
     """(rgb, BSDF by class of lobes): what one light sample, by MIS, brings at the surface sp without shadow.
 
-    u0 chooses the light, u1 and u2 the point, which stays in the scratch's LIGHT_SAMPLE.
+    u0 chooses the light, u1 and u2 the point, which stays in the scratch's LIGHT_SAMPLE. alone: whether nothing else
+    finds that light, so that the sample has all the weight.
     """
     if not light_sample(scene, sp, scratch, u1, u2, u0):
         return _BLACK, NO_LOBES
     ls = light_sample_at(scratch + SCRATCH_LIGHT_SAMPLE, 0)
     f, pdf = lit_bsdf(scene, sp, vec(ls.wi), ls.seen_by)
-    return scattered_light(scratch, f, pdf), f
+    return scattered_light(scratch, f, 0.0 if alone else pdf), f
 
 
 @inlined

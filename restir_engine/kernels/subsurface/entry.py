@@ -14,6 +14,8 @@ from ..lobes.diffuse import cosine_direction
 from ..lobes.microfacet import ggx_visible_normal
 from ..path.state import DIM_DIRECTION, DIMENSIONS
 
+_NARROW = 0.02  # about the angle, in radians, below which refracted directions are as good as one
+
 
 @inlined
 def enter(path, sp, c):
@@ -32,10 +34,8 @@ def entry_direction(sp, c, u0, u1):
     """
     n, wo = vec(c.n), vec(sp.wo)
     kind = c.p[P_ENTRY]
-    alpha = c.alpha_x
     diffuse = kind == ENTRY_DIFFUSE
     if kind == ENTRY_SKIN:
-        alpha = 1.0
         diffuse = u0 < 0.5
         u0 = 2.0 * u0 if diffuse else 2.0 * u0 - 1.0
     if diffuse:
@@ -43,8 +43,14 @@ def entry_direction(sp, c, u0, u1):
     else:
         if dot(n, wo) <= 0.0:
             return False, wo
-        d = _refract(n, wo, alpha, 1.0 / c.ior, u0, u1)
+        d = _refract(n, wo, _roughness(c), 1.0 / c.ior, u0, u1)
     return dot(vec(sp.ng), d) < 0.0, d
+
+
+@inlined
+def _roughness(c):
+    """α of the microfacets through which light enters."""
+    return 1.0 if c.p[P_ENTRY] == ENTRY_SKIN else float(c.alpha_x)
 
 
 @device
@@ -55,3 +61,44 @@ def _refract(n, wo, alpha, eta, u0, u1):
     cosine = dot(h, wo)
     inside = math.sqrt(max(1.0 - eta * eta * (1.0 - cosine * cosine), 1.0e-14))
     return madd(scale(wo, -eta), h, eta * cosine - inside)
+
+
+@device
+def entry_density(n, ng, wo, kind, alpha, ior, d):
+    """Solid-angle density with which `entry_direction` finds d (unit); n: the closure's normal, kind: ENTRY_*.
+
+    0: light does not enter along d. It adds up to less than 1 where n is not the surface's normal ng.
+    """
+    if dot(ng, d) >= 0.0:
+        return 0.0
+    diffuse = max(-dot(n, d), 0.0) * (1.0 / math.pi)
+    if kind == ENTRY_DIFFUSE:
+        return diffuse
+    if kind == ENTRY_SKIN:
+        return 0.5 * (diffuse + _refracted_density(n, wo, 1.0, ior, d))
+    return _refracted_density(n, wo, alpha, ior, d)
+
+
+@inlined
+def spreads(c):
+    """Whether light enters through `c` into directions that have a density, and not into one or nearly one."""
+    return c.p[P_ENTRY] == ENTRY_DIFFUSE or _roughness(c) * (1.0 - 1.0 / c.ior) > _NARROW
+
+
+@device
+def _refracted_density(n, wo, alpha, ior, d):
+    """Density of `_refract`: that of visible normals h, D G₁ (h·wo) / (n·wo), by |dh/dd| (Walter et al. 2007)."""
+    h = neg(madd(wo, d, ior))
+    length2 = dot(h, h)
+    cos_o = dot(n, wo)
+    if cos_o <= 0.0 or not length2 > 0.0:
+        return 0.0
+    h = scale(h, 1.0 / math.sqrt(length2))
+    cos_h, cos_ho, cos_hd = dot(n, h), dot(h, wo), -dot(h, d)
+    if cos_h <= 0.0 or cos_ho <= 0.0 or cos_hd <= 0.0:
+        return 0.0
+    a2 = alpha * alpha
+    t = 1.0 + (a2 - 1.0) * cos_h * cos_h
+    tangent2 = a2 * max(1.0 / (cos_o * cos_o) - 1.0, 0.0)
+    visible = 2.0 / (1.0 + math.sqrt(1.0 + tangent2)) * a2 / (math.pi * t * t) * cos_ho / cos_o
+    return visible * ior * ior * cos_hd / length2

@@ -71,10 +71,10 @@ def leave_by(scene, scratch, sp, k):
 
 
 @device
-def light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
+def light_one(scene, integrator, film, scratch, path, sp, n, most, cached, alone):
     """Add the direct light of n exits by one shadow ray; the exit that `sp` was moved to last, -1: none.
 
-    cached: whether some may be lit already.
+    cached: whether some may be lit already; alone: whether the path's next ray will count no light.
     """
     u0 = rng.sample1(path.key, path.sample, path.dimension + DIM_LIGHT)
     u1, u2 = rng.sample2(path.key, path.sample, path.dimension + DIM_LIGHT_POINT)
@@ -94,7 +94,7 @@ def light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
             weight = scale(weight, 1.0 / chance)
         leave_by(scene, scratch, sp, k)
         at = k
-        c, f = sampled_light(scene, scratch, sp, u0, u1, u2)
+        c, f = sampled_light(scene, scratch, sp, u0, u1, u2, alone)
         c = mul(c, weight)
         a = amount(c)
         if a > 0.0:
@@ -109,7 +109,7 @@ def light_one(scene, integrator, film, scratch, path, sp, n, most, cached):
         return at
     if chosen != at:
         leave_by(scene, scratch, sp, chosen)
-        sampled_light(scene, scratch, sp, u0, u1, u2)
+        sampled_light(scene, scratch, sp, u0, u1, u2, alone)
     best = scale(best, total / amount(best))
     ls = light_sample_in(scratch)
     what = lit_at_exit(path, best_f, exit_events(scratch, chosen), ls.light, ls.instance)
@@ -159,7 +159,14 @@ def light_exits(scene, integrator, film, scratch, path, sp, n):
         code = load_i64(integrator.scatter, LIGHT_FROM_CACHE)
         if code != 0:
             call_entry(code, record_address(scene), record_address(integrator), record_address(film), scratch, n)
-        at = light_one(scene, integrator, film, scratch, path, sp, n, most, code != 0)
+        at = light_one(scene, integrator, film, scratch, path, sp, n, most, code != 0, False)
+    leave_by_one(scene, scratch, path, sp, n, total, at)
+    return LIT
+
+
+@device
+def leave_by_one(scene, scratch, path, sp, n, total, at):
+    """Move the path and `sp`, which is at exit `at` (-1: at none), to one of n exits, by their weights; which it is."""
     chosen = choose_exit(scratch, n, total, rng.sample1(path.key, path.sample, path.dimension + DIM_EXIT))
     if chosen != at:
         leave_by(scene, scratch, sp, chosen)
@@ -168,4 +175,4 @@ def light_exits(scene, integrator, film, scratch, path, sp, n):
     weight = exit_weight(scratch, chosen)
     put(path.throughput, scale(weight, total / amount(weight)))
     path.dimension += DIMENSIONS
-    return LIT
+    return chosen

@@ -93,7 +93,7 @@ def _fall(x):
 
 
 @inlined
-def _attenuation(sigma_t, t):
+def attenuation(sigma_t, t):
     return (_fall(sigma_t[0] * t), _fall(sigma_t[1] * t), _fall(sigma_t[2] * t))
 
 
@@ -136,7 +136,7 @@ def _single(scene, scratch, path, sp, o, d, mu, thickness, through, weight, sigm
     slant = 1.0 + mu / max(nu, _GRAZING)
     rate = chosen * slant if outwards else chosen
     t = min(max(-log(1.0 - u1 * (1.0 - _fall(rate * thickness))) / rate, 0.0), thickness)
-    before = _attenuation(sigma_t, t)
+    before = attenuation(sigma_t, t)
     phase = hg(dot(d, w), g)
     ahead = back = 0.0
     for k in range(3):
@@ -157,7 +157,7 @@ def _single(scene, scratch, path, sp, o, d, mu, thickness, through, weight, sigm
     t, primitive, u, v = local_intersect(scene, scratch, sp.instance, madd(o, d, t), w, 0.0, reach)
     if primitive < 0:
         return 0
-    after = _attenuation(sigma_t, t)
+    after = attenuation(sigma_t, t)
     if analog:
         after = (
             1.0 if t <= escape[0] else 0.0,
@@ -245,7 +245,7 @@ def traced_exits(scene, integrator, scratch, wanted):
     o = vec(sp.p)
     t, primitive, u, v = first_hit(scene, scratch, sp, o, d)
     thickness = _thickness(scene, scratch, sp, d, mu, t, primitive)
-    through = _attenuation(sigma_t, t)
+    through = attenuation(sigma_t, t)
     albedos = load_i64(table, ALBEDOS)
     back = single_albedo(albedos, g, mu)
     multiple = (

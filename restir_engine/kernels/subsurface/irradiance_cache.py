@@ -161,7 +161,7 @@ def _observe(scene, integrator, scratch, path, sp, key):
     """What a light sample brings to a white surface at `sp`."""
     u0 = rng.sample1(key, path.sample, 1)
     u1, u2 = rng.sample2(key, path.sample, 2)
-    c, _ = sampled_light(scene, scratch, sp, u0, u1, u2)
+    c, _ = sampled_light(scene, scratch, sp, u0, u1, u2, False)
     return c if is_black(c) else mul(c, light_visibility(scene, integrator, scratch, path, sp))
 
 

@@ -63,6 +63,7 @@ from ...resampling.frame import FRAME
 from ...resampling.inputs import clear_groups, note_group, point_at, store_light
 from ...resampling.options import REUSE
 from ...resampling.reservoir import accept, clear, reservoir_at
+from ..refraction.closures import is_served
 from .sample import (
     NO_EXIT,
     NOT_SERVED,
@@ -154,8 +155,11 @@ def _resample(scene, integrator, reuse, frame, scratch, pixel, sp, n, dimension,
 
 
 @device
-def _go_on(scene, integrator, film, frame, scratch, pixel, sp, n, lit, dimension, chance):
-    """Light all but the first `lit` of n exits, and choose the one by which the path goes on."""
+def _go_on(scene, integrator, film, frame, scratch, pixel, sp, n, lit, crossing, dimension, chance):
+    """Light all but the first `lit` of n exits, and choose the one by which the path goes on.
+
+    crossing: whether that of light that crosses straight is lit, too.
+    """
     way = exit_of(frame, pixel)
     path = path_in(scratch)
     copy_words(record_address(path), record_address(path_at(frame.paths, pixel)), PATH_WORDS)
@@ -163,13 +167,14 @@ def _go_on(scene, integrator, film, frame, scratch, pixel, sp, n, lit, dimension
     factor = scale(vec(path.throughput), 1.0 / chance)
     for k in range(n):
         store3_f64(exit_at(scratch, k), H_WEIGHT, mul(exit_weight(scratch, k), factor))
-        store_f64(exit_at(scratch, k), H_LIT, 1.0 if k < lit else 0.0)
+        done = k < lit or (crossing and exit_events(scratch, k) == 0)
+        store_f64(exit_at(scratch, k), H_LIT, 1.0 if done else 0.0)
     total, most = exit_amounts(scratch, n)
     if not 0.0 < total < 1.0e30:
         return
     if lit < n and light_is_sampled(scene):
         media_around(scene, integrator, scratch, path, point_at(frame, pixel))
-        light_one(scene, integrator, film, scratch, path, sp, n, most, True)
+        light_one(scene, integrator, film, scratch, path, sp, n, most, True, True)
     k = choose_exit(scratch, n, total, rng.sample1(path.key, path.sample, dimension + DIM_EXIT))
     place, weight = exit_at(scratch, k), exit_weight(scratch, k)
     way.primitive = int(load_f64(place, H_PRIMITIVE))
@@ -184,7 +189,7 @@ def _go_on(scene, integrator, film, frame, scratch, pixel, sp, n, lit, dimension
 
 
 @device
-def _draw(scene, integrator, film, reuse, frame, scratch, pixel, medium, burley, last):
+def _draw(scene, integrator, film, reuse, frame, scratch, pixel, medium, burley, refraction, last):
     """Fill a pixel's domain, its reservoir and its exit."""
     kept, path = point_at(frame, pixel), path_at(frame.paths, pixel)
     scatterer, share, taken, chance = scatterer_of(kept, path)
@@ -224,18 +229,20 @@ def _draw(scene, integrator, film, reuse, frame, scratch, pixel, medium, burley,
         lit += 1
     if lit > 0 and light_is_sampled(scene):
         _resample(scene, integrator, reuse, frame, scratch, pixel, sp, lit, dimension, chance, last)
-    _go_on(scene, integrator, film, frame, scratch, pixel, sp, n, lit, dimension, chance)
+    crossing = refraction != 0 and is_served(c)
+    _go_on(scene, integrator, film, frame, scratch, pixel, sp, n, lit, crossing, dimension, chance)
 
 
 @kernel
 def subsurface_candidates_tile(
     scene: SCENE, integrator: INTEGRATOR, film: FILM, reuse: REUSE, frame: FRAME, scratch, medium, burley,
-    x0, y0, x1, y1, last,
+    refraction, x0, y0, x1, y1, last,
 ):  # fmt: skip
     """Fill the domains, reservoirs and exits of a tile; `frame` is the companion.
 
     medium, burley: code of kernels.subsurface.methods.EXITS for media and for materials that ask for BURLEY, 0: they
-    are not served. last: whether no reuse follows, so that frame.light is what lights.
+    are not served. refraction: whether what crosses straight is resampled by itself. last: whether no reuse follows, so
+    that frame.light is what lights.
     """
     scene = tile_scene(scene, scratch, 0)
     for y in range(y0, y1):
@@ -251,4 +258,4 @@ def subsurface_candidates_tile(
             exit_of(frame, pixel).primitive = NOT_SERVED
             clear_record(watched_of(frame, pixel))
             if point_at(frame, pixel).instance >= 0:
-                _draw(scene, integrator, film, reuse, frame, scratch, pixel, medium, burley, last)
+                _draw(scene, integrator, film, reuse, frame, scratch, pixel, medium, burley, refraction, last)

@@ -27,15 +27,20 @@ if TYPE_CHECKING:
 class SubsurfaceLayer:
     """Candidates and reuse of subsurface light; `reuse` has the stages behind the candidates."""
 
-    def __init__(self, settings: RenderSettings) -> None:
+    name = "subsurface"
+
+    def __init__(self, settings: RenderSettings, refraction: bool) -> None:
+        """refraction: whether light that crosses straight is resampled by itself."""
+        self._refraction = int(refraction)
         self._codes = exits_entries(settings.sss_method)
-        self.shading = add_light.address, go_on.address
+        self.shading = add_light.address
+        self.go_on = go_on.address
         first, *later = subsurface_techniques(resampled_shift(settings), watches(settings.passes))
         options = replace(
             settings.reuse, rounds=1 + len(later), temporal=settings.sss_temporal, by_channel=False, pattern="DISK",
             neighbours=settings.sss_neighbours, mis="DEFENSIVE", visibility="TARGET", history_target="BEFORE",
         )  # fmt: skip
-        self.reuse = Reuse(options, first, later, companion=True, mis_in_time="BALANCE")
+        self.reuse = Reuse(options, first, later, companion=self.name, mis_in_time="BALANCE")
 
     def kernels(self) -> list:
         """What the stages run."""
@@ -43,7 +48,7 @@ class SubsurfaceLayer:
 
     def accompany(self, frame: Frame) -> None:
         """Give a frame its companion."""
-        frame.accompany(SUBSURFACE_RESERVOIR, POINT)
+        frame.accompany(self.name, SUBSURFACE_RESERVOIR, POINT, radii=True)
 
     def candidates(
         self, last: int, context: FrameContext, integrator: np.ndarray, film: np.void, frame: Frame, tile: Tile,
@@ -51,8 +56,8 @@ class SubsurfaceLayer:
     ) -> None:  # fmt: skip
         """Fill the companion of a frame in a tile; last: whether no reuse follows."""
         subsurface_candidates_tile(
-            context.record, integrator[0], film, self.reuse.records[0], frame.companion.record, address(scratch),
-            *self._codes, *tile, last,
+            context.record, integrator[0], film, self.reuse.records[0], frame.companions[self.name].record,
+            address(scratch), *self._codes, self._refraction, *tile, last,
         )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """How a frame's subsurface light reaches the film, and how the path of the fresh candidate goes on."""
 
-from ....kernels.core.jit import entry, outcome_entry
+from ....kernels.core.jit import device, entry, outcome_entry
 from ....kernels.core.records import film_at, integrator_at, path_in, point_in, scene_at
 from ....kernels.core.vec import mul, put, vec
 from ....kernels.film.contribute import NOT_FOUND, contribute, contribute_to_groups, first_scattering, lit_at_exit
@@ -15,16 +15,22 @@ from .sample import NO_EXIT, NOT_SERVED, exit_of
 _EVENTS = 2  # what scatters twice and more is one
 
 
-@entry
-def add_light(integrator, film, frame, scratch, pixel):
-    """Add what candidates or reuse have left as a pixel's subsurface light; `frame` is the companion."""
+@device
+def add_from_below(integrator, film, frame, scratch, pixel, events):
+    """Add a companion's light of a pixel, which has been scattered so many times below the surface; by addresses."""
     path = path_in(scratch)
     integrator, film, frame = integrator_at(integrator, 0), film_at(film, 0), frame_at(frame, 0)
     f = load_light(frame, pixel)
     value = mul(lobe_sum(f), vec(path.throughput))
-    contribute(integrator, film, path, value, lit_at_exit(path, f, _EVENTS, NOT_FOUND, -1))
+    contribute(integrator, film, path, value, lit_at_exit(path, f, events, NOT_FOUND, -1))
     if frame.light_groups != 0:
         contribute_to_groups(integrator, film, path, value, light_by_group(frame, pixel))
+
+
+@entry
+def add_light(integrator, film, frame, scratch, pixel):
+    """Add what candidates or reuse have left as a pixel's subsurface light; `frame` is the companion."""
+    add_from_below(integrator, film, frame, scratch, pixel, _EVENTS)
 
 
 @outcome_entry

@@ -40,7 +40,7 @@ def _renamed(a, b, index, before, after):
 
 
 @device
-def _follow(a, b, r, keeps_exit):
+def follow(a, b, r, keeps_exit):
     """Name what a sample consists of as b's frame does; False where it is not there. keeps_exit: x₂ stays."""
     if scene_of(b).shutter != 0:  # x₂ and x₃ are elsewhere at another time
         r.flags |= NEEDS_LIGHT
@@ -70,14 +70,11 @@ def _bssrdf(d):
     return bssrdf_at(point_of(frame_at(d.frame, 0), d.pixel), 0)
 
 
-@inlined
-def _reconnect(a, b, r):
-    """|T'| of keeping x₂ by its barycentrics, which stretches with its triangle; 0: it cannot be kept."""
-    bssrdf = _bssrdf(b)
+@device
+def keep_exit(a, b, r, instance):
+    """|T'| of keeping x₂ by its barycentrics, which stretches with its triangle; 0: it is no point of b's instance."""
     before = int(r.instance)
-    if bssrdf.kind == NONE or not _follow(a, b, r, True) or r.instance != bssrdf.instance:
-        return 0.0
-    if (bssrdf.side < 0.0) != (r.flags & TURNED != 0):
+    if not follow(a, b, r, True) or r.instance != instance:
         return 0.0
     # What lights send may depend on the path that asks.
     p, q = path_at(frame_at(a.frame, 0).paths, a.pixel), path_at(frame_at(b.frame, 0).paths, b.pixel)
@@ -87,8 +84,17 @@ def _reconnect(a, b, r):
         return 1.0
     primitive = int(r.primitive)
     _, _, area = triangle_place(scene_of(a), before, primitive, 0.0, 0.0)
-    _, _, stretched = triangle_place(scene_of(b), bssrdf.instance, primitive, 0.0, 0.0)
+    _, _, stretched = triangle_place(scene_of(b), instance, primitive, 0.0, 0.0)
     return stretched / area if area > 0.0 else 0.0
+
+
+@inlined
+def _reconnect(a, b, r):
+    """|T'| of keeping x₂; 0: it cannot be kept."""
+    bssrdf = _bssrdf(b)
+    if bssrdf.kind == NONE or (bssrdf.side < 0.0) != (r.flags & TURNED != 0):
+        return 0.0
+    return keep_exit(a, b, r, bssrdf.instance)
 
 
 @device
@@ -99,7 +105,7 @@ def _replay(a, b, r, offset, n, guess):
     """
     s, t = _bssrdf(a), _bssrdf(b)
     line, channel, index = how_found(r)
-    if t.kind == NONE or (index == UNKNOWN_HIT and guess < 0.0) or not _follow(a, b, r, False):
+    if t.kind == NONE or (index == UNKNOWN_HIT and guess < 0.0) or not follow(a, b, r, False):
         return 0.0
     share_x, share_y = channel_shares(vec(s.weight))[channel], channel_shares(vec(t.weight))[channel]
     if not (share_x > 0.0 and share_y > 0.0):
