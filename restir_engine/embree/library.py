@@ -55,7 +55,7 @@ _API = {
 }
 
 # What kernels call by symbol: rtc* in the library, restir_rtc* in LLVM.
-QUERIES = ("rtcIntersect1", "rtcOccluded1")
+QUERIES = ("rtcIntersect1", "rtcOccluded1", "rtcOccluded8")
 
 
 class EmbreeError(RuntimeError):

@@ -27,24 +27,38 @@ def enter(path, sp, c):
 
 @device
 def entry_direction(sp, c, u0, u1):
-    """(whether light enters, its unit direction) at `sp` through the closure `c`.
+    """(whether light enters, its unit direction) at `sp` through the closure `c`, by one of its lobes."""
+    diffuse, alpha, u0 = entry_lobe(c.p[P_ENTRY], c.alpha_x, u0)
+    return lobe_direction(vec(c.n), vec(sp.ng), vec(sp.wo), diffuse, alpha, c.ior, u0, u1)
 
-    Diffuse: cosine-distributed about the inward normal. Refractive: through a visible normal of GGX microfacets of the
-    closure's roughness and index of refraction. Skin: either, with a roughness of 1.
+
+@inlined
+def entry_lobe(kind, alpha, u):
+    """(whether the lobe by which light enters is the diffuse one, its roughness, u stretched to be used again).
+
+    Skin, of the ENTRY_*, has both, with a roughness of 1.
     """
-    n, wo = vec(c.n), vec(sp.wo)
-    kind = c.p[P_ENTRY]
-    diffuse = kind == ENTRY_DIFFUSE
-    if kind == ENTRY_SKIN:
-        diffuse = u0 < 0.5
-        u0 = 2.0 * u0 if diffuse else 2.0 * u0 - 1.0
+    if kind != ENTRY_SKIN:
+        return kind == ENTRY_DIFFUSE, alpha, u
+    if u < 0.5:
+        return True, 1.0, 2.0 * u
+    return False, 1.0, 2.0 * u - 1.0
+
+
+@device
+def lobe_direction(n, ng, wo, diffuse, alpha, ior, u0, u1):
+    """`entry_direction` by a lobe; n: the closure's normal.
+
+    Diffuse: cosine-distributed about the inward normal. Else refractive: through a visible normal of GGX microfacets of
+    the roughness and the index of refraction.
+    """
     if diffuse:
         d = cosine_direction(neg(n), u0, u1)
     else:
         if dot(n, wo) <= 0.0:
             return False, wo
-        d = _refract(n, wo, _roughness(c), 1.0 / c.ior, u0, u1)
-    return dot(vec(sp.ng), d) < 0.0, d
+        d = _refract(n, wo, alpha, 1.0 / ior, u0, u1)
+    return dot(ng, d) < 0.0, d
 
 
 @inlined
@@ -102,3 +116,14 @@ def _refracted_density(n, wo, alpha, ior, d):
     tangent2 = a2 * max(1.0 / (cos_o * cos_o) - 1.0, 0.0)
     visible = 2.0 / (1.0 + math.sqrt(1.0 + tangent2)) * a2 / (math.pi * t * t) * cos_ho / cos_o
     return visible * ior * ior * cos_hd / length2
+
+
+@inlined
+def lobe_density(n, ng, wo, diffuse, alpha, ior, d):
+    """The density by solid angle with which `lobe_direction` enters along d.
+
+    Without the boundary's factor it is the integrand of entry, too.
+    """
+    if dot(ng, d) >= 0.0:
+        return 0.0
+    return max(-dot(n, d), 0.0) * (1.0 / math.pi) if diffuse else _refracted_density(n, wo, alpha, ior, d)

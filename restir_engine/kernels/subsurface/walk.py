@@ -30,6 +30,7 @@ from .entry import enter
 from .exit import leave
 from .method_table import EXACT_WALKS, FLAGS
 from .phase import around, hg, hg_sample
+from .walked import note_end, note_segment, note_similar, note_vertex, walked_in
 
 MAX_SEGMENTS = 256
 MAX_SEGMENTS_EXACT = 65536  # 0.2 % of the light of a white half space have not come out by then
@@ -85,7 +86,7 @@ def _channel(c, throughput, k, floor):
 
 
 @inlined
-def _channels(c, throughput, floor):
+def channels(c, throughput, floor):
     """`_channel` of all three: (throughput, σ_t, α)."""
     w0, s0, a0 = _channel(c, throughput[0], 0, floor)
     w1, s1, a1 = _channel(c, throughput[1], 1, floor)
@@ -108,7 +109,7 @@ def _smallest(throughput, values):
 
 
 @inlined
-def _probabilities(throughput, alpha):
+def probabilities(throughput, alpha):
     """With which probabilities a segment is sampled by each channel's extinction."""
     r, g, b = throughput[0] * alpha[0], throughput[1] * alpha[1], throughput[2] * alpha[2]
     s = 1.0 / (r + g + b)
@@ -116,7 +117,7 @@ def _probabilities(throughput, alpha):
 
 
 @inlined
-def _pick(p, values, u):
+def pick(p, values, u):
     """The value of the channel that u in [0, 1) chooses."""
     if u < p[0]:
         return values[0]
@@ -126,14 +127,14 @@ def _pick(p, values, u):
 @inlined
 def _length(throughput, medium, stretch, u0, u1):
     """The length of a segment: u0 chooses the channel by whose extinction, times `stretch`, it is drawn."""
-    return -log(1.0 - u1) / (_pick(_probabilities(throughput, medium.alpha), medium.sigma_t, u0) * stretch)
+    return -log(1.0 - u1) / (pick(probabilities(throughput, medium.alpha), medium.sigma_t, u0) * stretch)
 
 
 @inlined
 def _straight(throughput, medium, t, hit):
     """The throughput after a first segment, whose direction is given: transmittance (times σ_s) over its density."""
     sigma_t = medium.sigma_t
-    e = (_fall(sigma_t[0] * t), _fall(sigma_t[1] * t), _fall(sigma_t[2] * t))
+    e = (fall(sigma_t[0] * t), fall(sigma_t[1] * t), fall(sigma_t[2] * t))
     if not hit:
         e = mul(e, sigma_t)
     return _balanced(throughput, medium.alpha, e, e, hit)
@@ -173,23 +174,23 @@ def _segment_weight(throughput, medium, t, hit, k, forward, backward):
             m = (m[0] + backward / q[0], m[1] + backward / q[1], m[2] + backward / q[2])
         m = mul(m, e)
     else:
-        e = (_fall(x[0]), _fall(x[1]), _fall(x[2]))
+        e = (fall(x[0]), fall(x[1]), fall(x[2]))
         m = scale(e, classic)
-        m = madd(m, (_fall(x[0] * (1.0 - k)), _fall(x[1] * (1.0 - k)), _fall(x[2] * (1.0 - k))), forward)
-        m = madd(m, (_fall(x[0] * (1.0 + k)), _fall(x[1] * (1.0 + k)), _fall(x[2] * (1.0 + k))), backward)
+        m = madd(m, (fall(x[0] * (1.0 - k)), fall(x[1] * (1.0 - k)), fall(x[2] * (1.0 - k))), forward)
+        m = madd(m, (fall(x[0] * (1.0 + k)), fall(x[1] * (1.0 + k)), fall(x[2] * (1.0 + k))), backward)
     if not hit:
         e, m = mul(e, medium.sigma_t), mul(m, medium.sigma_t)
     return _balanced(throughput, medium.alpha, e, m, hit)
 
 
 @inlined
-def _fall(x):
+def fall(x):
     """e^-x for any x that is not negative."""
     return exp(-min(x, 700.0))
 
 
 @inlined
-def _similar(sigma_t, alpha, g):
+def similar(sigma_t, alpha, g):
     """(σ_t, α) of the isotropic medium with the same absorption and the same reduced scattering."""
     s = sigma_t * alpha * (1.0 - g)
     t = sigma_t * (1.0 - alpha) + s
@@ -199,14 +200,14 @@ def _similar(sigma_t, alpha, g):
 @inlined
 def _isotropic(throughput, medium):
     """The Medium that takes the place of another where walks have forgotten their direction."""
-    s0, a0 = _similar(medium.sigma_t[0], medium.alpha[0], medium.g)
-    s1, a1 = _similar(medium.sigma_t[1], medium.alpha[1], medium.g)
-    s2, a2 = _similar(medium.sigma_t[2], medium.alpha[2], medium.g)
+    s0, a0 = similar(medium.sigma_t[0], medium.alpha[0], medium.g)
+    s1, a1 = similar(medium.sigma_t[1], medium.alpha[1], medium.g)
+    s2, a2 = similar(medium.sigma_t[2], medium.alpha[2], medium.g)
     return _medium(throughput, (s0, s1, s2), (a0, a1, a2), 0.0, GUIDED_LATER)
 
 
 @device
-def _first_hit(structure, time, ray, o, d, tmax, start):
+def first_hit(structure, time, ray, o, d, tmax, start):
     """The primitive that a ray from the triangle `start` meets first, not counting that triangle; -1: none."""
     primitive = trace(structure, time, ray, o, d, 0.0, tmax)
     if primitive == start:
@@ -222,7 +223,7 @@ def _first_segment(structure, time, ray, path, sp, o, d, d_object, throughput, m
     """
     u0, u1 = rng.sample2(path.key, path.sample, path.dimension)
     t = _length(throughput, medium, 1.0, u0, u1)
-    primitive = _first_hit(structure, time, ray, o, d_object, max(t, OPPOSITE / thinnest), sp.primitive)
+    primitive = first_hit(structure, time, ray, o, d_object, max(t, OPPOSITE / thinnest), sp.primitive)
     if primitive < 0:
         return -1, t, -1.0
     distance = hit_distance(ray)
@@ -284,12 +285,12 @@ def walk(scene, scratch, sp, path, d, segments, exact):
 
     Returns (primitive, d, throughput, events): the triangle where the walk leaves (-1: it does not), the direction of
     the last segment, the path's throughput there, and how often light was scattered. Where the triangle is hit stands
-    in the scratch's RTCRayHit.
+    in the scratch's RTCRayHit, what the walk was like in its WALKED.
     """
     c = closure_at(sp.closures, sp.scatterer)
     placed = placed_at(scene, sp.instance)
     structure, time, ray = mesh_at(scene.meshes, placed.mesh).embree, scene.time, scratch + SCRATCH_RAY
-    throughput, sigma_t, alpha = _channels(c, vec(path.throughput), 0.0 if exact else MIN_ALBEDO)
+    throughput, sigma_t, alpha = channels(c, vec(path.throughput), 0.0 if exact else MIN_ALBEDO)
     if structure == 0 or not max3(throughput) > 0.0:
         return -1, d, throughput, 0
     g = c.p[P_ANISOTROPY]
@@ -304,8 +305,11 @@ def walk(scene, scratch, sp, path, d, segments, exact):
     if primitive >= 0:
         return primitive, d, throughput, 0
 
+    walked = walked_in(scratch)
+    note_vertex(walked, madd(vec(sp.p), d, t), d, t)
     depth = -t * dot(d, n) * thinnest
     share = 0.0
+    length = 0.0
     state = rng.stream(path.key, path.sample, path.dimension)
     for segment in range(1, segments):
         if max3(throughput) < NEGLIGIBLE:
@@ -313,6 +317,8 @@ def walk(scene, scratch, sp, path, d, segments, exact):
         o = madd(o, d_object, t)
         if segment == FAITHFUL_SEGMENTS and not exact:
             medium = _isotropic(throughput, medium)
+            note_similar(walked, length, segment)
+            length = 0.0
         if thickness >= 0.0:
             share = backward_fraction(min(max(depth, 0.0), thickness), thickness, medium.nu)
         state, u = _numbers(path, state, segment)
@@ -325,8 +331,12 @@ def walk(scene, scratch, sp, path, d, segments, exact):
         primitive = trace(structure, time, ray, o, d_object, 0.0, t)
         if primitive >= 0:
             t = min(hit_distance(ray), t)
+        if segment <= 2:
+            note_segment(walked, segment, d, t)
+        length += t
         throughput = _segment_weight(throughput, medium, t, primitive >= 0, k, forward, backward)
         if primitive >= 0:
+            note_end(walked, length, segment)
             return primitive, d, throughput, segment
         depth -= t * dot(d, n) * thinnest
     return -1, d, throughput, 0
