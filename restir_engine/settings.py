@@ -60,6 +60,7 @@ class RenderSettings:
     cycles_burley_kernel: bool = False
     exact_walks: bool = False
     sss_shift: str = "AUTO"  # RESTIR: NONE, AUTO, BLOCKS, RECONNECTION, DELAYED, HYBRID, SEQUENTIAL, SEQUENTIAL_FAST
+    sss_walks: str = "AUTO"  # RESTIR: AUTO, OWN, SHARED: whether pixels share random walks
     sss_neighbours: int = 8  # pixels that each takes subsurface light from
     sss_temporal: bool = False  # and from the frame before
     sss_refraction: str = "NONE"  # RESTIR, HYBRID, what crosses straight: NONE, SPATIAL, TEMPORAL (and spatial)

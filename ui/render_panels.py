@@ -135,6 +135,7 @@ class RESTIR_RENDER_PT_subsurface(RestirPanel, bpy.types.Panel):
         hybrid.prop(own, "sss_irradiance_cache")
         reuse = column.column()
         reuse.active = own.integrator == "RESTIR"
+        reuse.prop(own, "sss_walks")
         reuse.prop(own, "sss_shift")
         in_time = reuse.column()
         in_time.active = own.sss_shift not in ("NONE", "BLOCKS")

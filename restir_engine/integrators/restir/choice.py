@@ -10,7 +10,8 @@ Exits of light that diffuses below surfaces are shared by blocks of pixels in an
 
 Whole paths that neighbors share (`REUSED`) are noise of another kind, and it depends on how near neighbors
 are: they are tried in blocks of the picture itself, beside PATH, and taken where they gain by a MARGIN. What they cost
-follows from how many vertices, shifts and replayed bounces there are (techniques.path.work).
+follows from how many vertices, shifts and replayed bounces there are (techniques.path.work). Random walks that
+neighbors share (`walks`) are tried likewise, beside the way that is best for the scene's lights.
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ from .gbuffer import gbuffer_tile
 from .integrator import RestirIntegrator
 from .paths import PathSteps, resamples_paths
 from .shade import shade_tile
+from .walks import SharedWalks, shares_walks
 
 log = logging.getLogger(__name__)
 
@@ -80,6 +82,8 @@ REUSED = Way(
 )
 # Its time by PATH's is 1 + (OVERHEAD + Σ WORK × counts) / vertices, within a fifth of what was measured in ten rooms.
 OVERHEAD, SHIFT_WORK, RAY_WORK = 1.7, 0.8, 0.6
+# What shared walks take more than the ways that sample lights likewise, by PATH's time: 0.3 to 0.6 was measured.
+SHARING = 0.5
 MARGIN = 0.7
 BLOCKS, BLOCK = 24, 8  # in which whole paths are tried, and their side in pixels
 LONG = 4e6  # samples of all pixels of a render for which that is worth the while
@@ -103,23 +107,35 @@ def integrator_of(
     if context.scene.record["flags"] & SCENE_HAS_VARYING_MEDIA:
         settings = _without_reuse(settings, context.scene)
     reuse = settings.reuse
-    shares = shares_exits(context.scene, settings) and not resamples_refraction(context.scene, settings)
+    exits = shares_exits(context.scene, settings) and not resamples_refraction(context.scene, settings)
     resamples = reuse.temporal or reuse.rounds or _resamples_below(context.scene, settings)
-    if not shares and (not reuse.pilot or resamples or "Visibility Estimate" in settings.passes):
+    if not exits and (resamples or "Visibility Estimate" in settings.passes):
         return RestirIntegrator(context, settings, film, history)
+    shares = not exits and settings.sss_walks != "OWN" and shares_walks(context, settings)
+    always = shares and settings.sss_walks == "SHARED"
+    untried = partial(SharedWalks, context, settings, film)
+    if not always:
+        untried = partial(RestirIntegrator, context, settings, film, history)
+    if not reuse.pilot and not exits:
+        return untried()
     walks = bool(context.scene.record["flags"] & SCENE_HAS_SUBSURFACE)
     trial = replace(settings, seed=settings.seed ^ TRIAL_SEED)
     chosen, worth = WAYS[0], 1.0
     if has_choice(context.scene):
         samples = _samples(film, settings, settings.share, walks)
         chosen, worth = _best(context, trial, samples, walks) if reuse.pilot else (None, 1.0)
-    if shares:
+    if exits:
         from_tiles = chosen is None or chosen.kind is RestirIntegrator
         return BlocksIntegrator(context, settings, film, from_tiles)
     if chosen is None:
-        return RestirIntegrator(context, settings, film, history)
+        return untried()
     # Parts of a render, which take a share of its samples, choose alike.
-    if _samples(film, settings, 1.0, walks) >= LONG and not walks and can_reuse(context, settings):
+    is_long = _samples(film, settings, 1.0, walks) >= LONG
+    if always or (shares and is_long and _may_share(context, settings)):
+        shared = _shared(chosen)
+        if always or worth_of_sharing(context, trial, shared) < MARGIN * worth:
+            return SharedWalks(context, replace(_with(settings, shared), sss_walks="SHARED"), film)
+    if is_long and not walks and can_reuse(context, settings):
         begin([gbuffer_tile, *PathSteps.kernels, spatial_tile, shift_path])  # while PATH's is waited for
         reused = worth_of_reuse(context, trial)
         log.debug("Noise × time by path tracing's: %s %.3g, %s %.3g", chosen.name, worth, REUSED.name, reused)
@@ -154,11 +170,19 @@ def can_reuse(context: FrameContext, settings: RenderSettings) -> bool:
 
     Denoisers take what neighbors share for a part of the picture: twice the error that they leave of PATH.
     """
-    scene, camera = context.scene, context.camera
-    if is_denoised(settings):
-        return False
-    still = not scene.record["shutter"] and not camera.texels and min(camera.film_size) >= 4 * BLOCK
-    return still and resamples_paths(_with(settings, REUSED).reuse, scene)
+    still = not context.scene.record["shutter"] and not context.camera.texels
+    return still and _may_share(context, settings) and resamples_paths(_with(settings, REUSED).reuse, context.scene)
+
+
+def _may_share(context: FrameContext, settings: RenderSettings) -> bool:
+    """Whether neighbors may have noise in common, and the picture has room for the blocks of a trial."""
+    return not is_denoised(settings) and min(context.camera.film_size) >= 4 * BLOCK
+
+
+def _shared(way: Way) -> Way:
+    """Shared walks with the light samples of one of WAYS."""
+    changes = way.changes if way.kind is RestirIntegrator else {"light_candidates": 0}
+    return Way(f"shared walks, {way.name}", SharedWalks, changes, with_walks=way.with_walks + SHARING)
 
 
 def _resamples_below(scene: Scene, settings: RenderSettings) -> bool:
@@ -198,16 +222,28 @@ def compare(context: FrameContext, settings: RenderSettings) -> list[float]:
 
 def worth_of_reuse(context: FrameContext, settings: RenderSettings) -> float:
     """Noise × time of REUSED by that of PATH, in some blocks of the picture."""
-    still = REUSED._replace(changes=REUSED.changes | {"moving_blocks": False})
-    (path, _), (reused, work) = (_tried(context, settings, way, blocks(context.camera)) for way in (WAYS[0], still))
-    means = [_blurred(np.concatenate(pair).mean(0)) for pair in zip(path, reused, strict=True)]
-    mean, path, reused = np.concatenate(means), np.concatenate(path, 1), np.concatenate(reused, 1)
-    noise = _noise(path, mean)
-    if not noise > 0.0 or not work[VERTICES]:
+    noise, work, samples = _noise_in_blocks(context, settings, REUSED)
+    if not work[VERTICES]:
         return 1.0
-    samples = BATCH * BATCHES * path.shape[1] * path.shape[2]
     more = OVERHEAD * samples + SHIFT_WORK * work[SHIFTS] + RAY_WORK * work[RAYS]
-    return _noise(reused, mean) / noise * (1.0 + more / work[VERTICES])
+    return noise * (1.0 + more / work[VERTICES])
+
+
+def worth_of_sharing(context: FrameContext, settings: RenderSettings, shared: Way) -> float:
+    """Noise × time of shared walks by that of PATH, in some blocks of the picture."""
+    noise, _, _ = _noise_in_blocks(context, settings, shared)
+    log.debug("Noise × time by path tracing's: %s %.3g", shared.name, noise * shared.with_walks)
+    return noise * shared.with_walks
+
+
+def _noise_in_blocks(context: FrameContext, settings: RenderSettings, way: Way) -> tuple[float, np.ndarray, int]:
+    """(the noise of a way by PATH's in BLOCKS of the picture, the work counted, samples); 1 where PATH has none."""
+    still = way._replace(changes=way.changes | {"moving_blocks": False})
+    (path, _), (other, work) = (_tried(context, settings, each, blocks(context.camera)) for each in (WAYS[0], still))
+    means = [_blurred(np.concatenate(pair).mean(0)) for pair in zip(path, other, strict=True)]
+    mean, path, other = np.concatenate(means), np.concatenate(path, 1), np.concatenate(other, 1)
+    noise = _noise(path, mean)
+    return _noise(other, mean) / noise if noise > 0.0 else 1.0, work, BATCH * BATCHES * path.shape[1] * path.shape[2]
 
 
 def blocks(camera: Camera) -> list[Tile]:
