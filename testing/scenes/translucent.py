@@ -15,7 +15,7 @@ import numpy as np
 
 from restir_engine.integrators.resampling.history import History
 from restir_engine.kernels.core import records as rec
-from restir_engine.kernels.lobes.nodes import ENTRIES, SUBSURFACE
+from restir_engine.kernels.lobes.nodes import DIFFUSE, ENTRIES, SUBSURFACE
 from restir_engine.kernels.shading import opcodes as ops
 from restir_engine.kernels.shading.textures.opcodes import CHECKER
 from restir_engine.kernels.subsurface.parameters import METHODS, POSITIVE
@@ -40,36 +40,53 @@ MOVES = ("lamp", "body", "shape")
 STEPS = 3
 
 
-def skin(scale: float = 1.0) -> Program:
+def skin(scale: float = 1.0, entry: str = "DIFFUSE", g: float = 0.0) -> Program:
     color, radius = SKIN
-    return subsurface_program(color, scale * np.array(radius), entry="DIFFUSE")
+    return subsurface_program(color, scale * np.array(radius), g, entry=entry)
 
 
-def checkered_skin(size: float) -> Program:
-    """Colour and radius change from square to square along the position."""
-    color, radius = np.array(SKIN)
-    constants = [1.0, 1.0, 1.0, *color, *(0.7 * color), *radius, *(0.4 * radius), size, 1.0, 1.4, 0.5, 0.0]
-    words = [0, 24, 16, 28, 17, 18, 19, -1, METHODS["RANDOM_WALK"], ENTRIES["DIFFUSE"], POSITIVE]
-    code = [
-        (ops.GEOMETRY, 20, ops.POINT_POSITION, 0, 19),
-        (CHECKER, 24, 20, 3, 6, 15),
-        (CHECKER, 28, 20, 9, 12, 15),
-        (SUBSURFACE, *words),
-    ]
+def checkered_skin(
+    size: float,
+    entry: str = "DIFFUSE",
+    g: float = 0.0,
+    scale: float = 1.0,
+    contrast: tuple[float, float] = (0.7, 0.4),
+    shares: tuple[float, float] = (1.0, 1.0),
+) -> Program:
+    """Colour and radius (times `scale`) change from square to square along the position, by the factors `contrast`.
+
+    shares: how much of the surface of either kind of square is such; the rest is a grey diffuse one.
+    """
+    color, radius = np.array(SKIN) * [[1.0], [scale]]
+    pairs = [color, contrast[0] * color, radius, contrast[1] * radius]
+    pairs += [np.full(3, share) for share in (*shares, *(1.0 - share for share in shares))]
+    constants = [*np.concatenate(pairs), size, 1.0, 1.4, 0.5, g, 0.0, 0.5, 0.5, 0.5]
+    words = [44, 36, 25, 40, 26, 27, 28, -1, METHODS["RANDOM_WALK"], ENTRIES[entry], POSITIVE]
+    checkers = [(CHECKER, 36 + 4 * k, 33, 6 * k, 6 * k + 3, 24) for k in range(4)]
+    code = [(ops.GEOMETRY, 33, ops.POINT_POSITION, 0, 29), *checkers, (SUBSURFACE, *words)]
+    if min(shares) < 1.0:
+        code.append((DIFFUSE, 48, 30, 29, -1))
     return program(code, constants, flags=rec.MATERIAL_SUBSURFACE)
 
 
-def translucent(step: int = STEPS - 1, moves: str = "", size: int = 64) -> Scene:
-    """The scene at a step of what moves (one of MOVES, "all", "" for none); the last step is the same for all."""
+def translucent(step: int = STEPS - 1, moves: str = "", size: int = 64, **entry) -> Scene:
+    """The scene at a step of what moves (one of MOVES, "all", "" for none); the last step is the same for all.
+
+    entry: how light enters, and the anisotropy g of what is inside, see `skin`.
+    """
     at = {name: step if moves in (name, "all") else STEPS - 1 for name in MOVES}
     b = Builder()
     b.add(QUAD, diffuse((0.5, 0.5, 0.5)), scaled(matrix(), 3.0, 3.0, 1.0))
     vertices, triangles = icosphere(0.45, 4)
     bulge = 1.0 + 0.08 * at["shape"] * np.sin(4.0 * np.asarray(vertices)[:, 2:])
-    b.add((np.asarray(vertices) * bulge, triangles), checkered_skin(5.0), matrix((-0.5, 0.0, 0.45)))
-    b.add(OUTWARD, skin(0.5), scaled(matrix((0.35 + 0.06 * at["body"], 0.1, 0.45), (0.3, -0.2, 1.0)), 0.3, 0.04, 0.4))
+    b.add((np.asarray(vertices) * bulge, triangles), checkered_skin(5.0, **entry), matrix((-0.5, 0.0, 0.45)))
+    b.add(
+        OUTWARD,
+        skin(0.5, **entry),
+        scaled(matrix((0.35 + 0.06 * at["body"], 0.1, 0.45), (0.3, -0.2, 1.0)), 0.3, 0.04, 0.4),
+    )
     for x in (0.2, 0.65):
-        b.add(OUTWARD, skin(0.7), scaled(matrix((x, -0.55, 0.12), (0.1, x, 1.0)), 0.12, 0.12, 0.12))
+        b.add(OUTWARD, skin(0.7, **entry), scaled(matrix((x, -0.55, 0.12), (0.1, x, 1.0)), 0.12, 0.12, 0.12))
     b.add(QUAD, diffuse((0.1, 0.1, 0.1)), scaled(matrix((-0.6, -0.5, 1.3), (0.1, 0.0, 1.0)), 0.35, 0.3, 1.0))
     x = 0.15 * at["lamp"]
     place = matrix((0.4 + x, 1.6, 1.2), (0.1 + x, 1.0, 0.5))
