@@ -1,8 +1,8 @@
 """The walks of a block of pixels, shared out among them: see docs/restir-sss.md.
 
-Walk i has scattered first at p; f_j is what would come of it at entrance j, of the directions that a walk may take from
-there and the lengths, p_j the density with which j finds p. All walks of a group of entrances, weighed by the balance
-heuristic, light each of them: Σ_i f_j(p_i) / Σ_k p_k(p_i).
+f_j is what would come of the vertex v_i, where walk i is connected, at entrance j, p_j the density with which j finds
+it. All walks of a group of entrances, weighed by the balance heuristic, light each of them:
+Σ_i l_i (f_j / f_i)(v_i) p_i(v_i) / Σ_k p_k(v_i), l_i being the light that walk i brings to its own.
 """
 
 import math
@@ -74,9 +74,10 @@ def _share(scene, scratch, block, n, walk):
         _add(walk, walk, (1.0, 1.0, 1.0))
         return
     structure, time = mesh_at(scene.meshes, placed.mesh).embree, scene.time
-    _keep_free(structure, time, scratch, block, n, walk, least, transform_point(placed.to_object, vec(walk.vertex)))
+    vertex = transform_point(placed.to_object, vec(walk.vertex))
+    _keep_free(structure, time, scratch, block, n, walk, least, vertex, False)
     if walk.bent:
-        _keep_free_first(structure, time, scratch, block, n, walk, least)
+        _keep_free(structure, time, scratch, block, n, walk, least, vertex, True)
     total = 0.0
     for k in range(n):
         e = entrance_at(block, k)
@@ -107,35 +108,23 @@ def _far(error, distance):
 
 
 @device
-def _keep_free(structure, time, scratch, block, n, walk, least, vertex):
-    """Take the density from entrances whose way from the vertex (object space) to where it begins is not free."""
-    near = NEAR if walk.walk == LEAVES else 0.0
+def _keep_free(structure, time, scratch, block, n, walk, least, vertex, again):
+    """Take the density from entrances whose way from the vertex (object space) to where it begins is not free.
+
+    again: the way that is looked at is the first segment, which has been done again, in place of that.
+    """
     first = 0
     while first < n:
         segments, count, k = begin_segments(scratch), 0, first
         while k < n and count < AT_ONCE:
             e = entrance_at(block, k)
             if _looks(e, walk, least):
-                far = 1.0 if walk.bent else _far(e.error, e.distance)
-                put_segment(segments, count, vertex, sub(vec(e.bend), vertex), near, far, time)
-                e.segment = count
-                count += 1
-            k += 1
-        _forget_hidden(structure, segments, block, first, k, count, walk, least)
-        first = k
-
-
-@device
-def _keep_free_first(structure, time, scratch, block, n, walk, least):
-    """The same of first segments that have been done again."""
-    first = 0
-    while first < n:
-        segments, count, k = begin_segments(scratch), 0, first
-        while k < n and count < AT_ONCE:
-            e = entrance_at(block, k)
-            if _looks(e, walk, least):
-                bend = vec(e.bend)
-                put_segment(segments, count, bend, sub(vec(e.p_object), bend), 0.0, _far(e.error, e.entered), time)
+                o, end, near, far = vertex, vec(e.bend), NEAR if walk.walk == LEAVES else 0.0, 1.0
+                if again:
+                    o, end, near, far = end, vec(e.p_object), 0.0, _far(e.error, e.entered)
+                elif not walk.bent:
+                    far = _far(e.error, e.distance)
+                put_segment(segments, count, o, sub(end, o), near, far, time)
                 e.segment = count
                 count += 1
             k += 1
