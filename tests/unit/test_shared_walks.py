@@ -33,7 +33,7 @@ from testing.scenes.rooms import UNSEEN, Builder, look, render, scaled
 from testing.scenes.scattering import look as straight_look
 from testing.scenes.scattering import scatter_scene
 from testing.scenes.shapes import OUTWARD, box, icosphere
-from testing.scenes.translucent import camera_at, checkered_skin, skin
+from testing.scenes.translucent import checkered_skin, skin
 from testing.statistics import Sequential, Verdict
 
 PARTS = ("Combined", "Subsurface Boundary", "Subsurface Single", "Subsurface Multiple", "Diffuse Indirect")
@@ -249,7 +249,7 @@ def close_up(size: int = 64, scale: float = 1.0):
     b = Builder()
     b.add(icosphere(0.9, 4), skin(scale), matrix())
     b.lamp(point_lamp(matrix((-1.6, -3.2, 1.8)), 120.0 * np.ones(3), 0.03, seen_by=UNSEEN))
-    return b.finish(camera_at(0.0, size))
+    return b.finish(look((0.0, -2.6, 0.4), (0.0, 0.0, 0.0), size))
 
 
 def test_shared_walks_are_less_noisy():
@@ -286,7 +286,7 @@ def kind_of(scale, size=128, **changes) -> type:
         (1.0, {"sss_walks": "OWN"}, PathIntegrator),
         (1.0, {"use_denoising": True}, PathIntegrator),
         (1.0, {"samples": 64}, PathIntegrator),
-        (1.0, {"sss_method": "DIFFUSION"}, PathIntegrator),
+        (1.0, {"sss_method": "DIFFUSION", "sss_shift": "NONE"}, PathIntegrator),
     ],
 )
 def test_walks_are_shared_where_it_pays(scale, changes, kind):
