@@ -10,7 +10,7 @@ from testing.scenes.lights import matrix
 from testing.scenes.media import cube, medium
 from testing.scenes.moving import frames_of, off, reuse_of
 from testing.scenes.rooms import UNSEEN, Builder, diffuse, look, program, render, scaled
-from testing.scenes.shapes import QUAD
+from testing.scenes.shapes import OUTWARD, QUAD
 
 SIZE = 24
 
@@ -43,6 +43,17 @@ def test_screens_before_one_pixel_do_not_darken_another():
         b.add(QUAD, glass, scaled(matrix((0.0, 0.0, 1.4 + 0.02 * i)), 1.5, 1.5, 1.0), UNSEEN)
     scene = finish(b)
     found = np.stack([frames_of([scene], seed, reuse_of(rounds=1))[0] for seed in range(24)])
+    assert np.abs(off(found, truth_of(scene))).max() < 3.5
+
+
+def test_media_are_those_that_the_path_has_found_where_meshes_are_not_closed():
+    """A cube within a cube of one mesh: behind the inner one a path is outside, whatever is around it."""
+    b = floor()
+    corners, faces = np.array(OUTWARD[0]), np.array(OUTWARD[1])
+    nested = np.concatenate([corners, 0.2 * corners + (0.0, 0.0, 0.4)]), np.concatenate([faces, faces + len(corners)])
+    b.add(nested, medium(absorption=(0.5, 1.0, 1.5)), scaled(matrix((0.0, 0.0, 0.5)), 1.4, 1.4, 0.8))
+    scene = finish(b)
+    found = np.stack([frames_of([scene], seed, reuse_of())[0] for seed in range(24)])
     assert np.abs(off(found, truth_of(scene))).max() < 3.5
 
 

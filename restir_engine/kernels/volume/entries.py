@@ -23,7 +23,7 @@ from ..geometry.surface import offset_origin
 from .equiangular import add_beside_lamps
 from .segment import follow_segment
 from .stack import cross
-from .through import find_media, find_world_medium, shadow_through_media
+from .through import find_media, find_media_along, find_world_medium, shadow_through_media
 from .tracking import track, varying_transmittance
 
 
@@ -40,7 +40,11 @@ def _begin(scene, integrator, film, scratch, _):
 def _around(scene, integrator, film, scratch, sp):
     sp = shading_point_at(sp, 0)
     path = path_in(scratch)
-    find_media(scene_at(scene, 0), integrator_at(integrator, 0), scratch, path, offset_origin(sp, vec(sp.wo)))
+    scene, integrator = scene_at(scene, 0), integrator_at(integrator, 0)
+    if path.bounce == 0:
+        find_media_along(scene, integrator, scratch, path, float(sp.t))
+    else:
+        find_media(scene, integrator, scratch, path, offset_origin(sp, vec(sp.wo)))
 
 
 @outcome_entry

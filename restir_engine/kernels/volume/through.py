@@ -92,6 +92,29 @@ def find_world_medium(scene, integrator, scratch, path, o):
 
 
 @device
+def find_media_along(scene, integrator, scratch, path, end):
+    """Fill the MEDIA at the distance `end` on a path's ray from the camera, which has passed boundaries alone.
+
+    They are those that the path has found on its way, also where meshes are not closed.
+    """
+    media = scratch + SCRATCH_MEDIA
+    media_at(media, 0).count = 0
+    if scene.camera_in_media:
+        find_media(scene, integrator, scratch, path, vec(path.o))
+    point = shadow_point_in(scratch)
+    tmin = 0.0
+    for _ in range(path.boundaries + path.transparent_bounce):
+        t, instance, primitive, u, v = intersect(scene, scratch, vec(path.o), vec(path.d), tmin, end, RAY_CAMERA)
+        if instance < 0 or t >= end:
+            return
+        tmin = next_after(t)
+        inherit(point, path, t)
+        surface_point(scene, point, instance, primitive, u, v, t, vec(path.d))
+        if material_at(scene.materials, point.material).flags & MATERIAL_MEDIUM:
+            cross(scene, integrator, media, point)
+
+
+@device
 def find_media(scene, integrator, scratch, path, o):
     """Fill the MEDIA around o: the world's, and those of meshes that a ray upwards leaves without entering."""
     find_world_medium(scene, integrator, scratch, path, o)
