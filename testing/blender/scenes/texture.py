@@ -247,7 +247,8 @@ def bump():
         coordinates = {0: node("TexCoord").outputs["Object"], 1: (0.25, 0.25, 0.25)}  # of a plane: 0 along z
         return node("TexWhiteNoise", Vector=node("VectorMath", coordinates, operation="SNAP").outputs[0])
 
-    kit.put("plane", bumped(tiles, Distance=0.2), (0.0, 1.4, 1.0), 1.5, rotation=(80, 10, 20))
+    if bpy.app.version >= (5, 0, 0):  # before, Cycles' tiles flicker
+        kit.put("plane", bumped(tiles, Distance=0.2), (0.0, 1.4, 1.0), 1.5, rotation=(80, 10, 20))
     kit.row(
         [
             bumped(lambda node: node("TexNoise", Vector=coordinates(node), Scale=8.0), Strength=0.8),
