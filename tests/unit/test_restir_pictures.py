@@ -89,7 +89,9 @@ def reusing(options: dict) -> dict:
     return {"integrator": "RESTIR", "reuse": ReuseSettings(pilot=False, **options)}
 
 
-@pytest.mark.parametrize("reuse", REUSE)
+@pytest.mark.parametrize(
+    "reuse", [pytest.param(name, marks=pytest.mark.deep) if name == "both" else name for name in REUSE]
+)
 def test_direct_light_is_that_of_path_as_far_as_told(reuse, lit):
     found = {name: told(*lit(name), **reusing(REUSE[reuse])) for name in LIGHTS}
     assert {name: verdict for name, (verdict, _) in found.items()} == dict.fromkeys(LIGHTS, Verdict.SAME)

@@ -163,7 +163,7 @@ def _parametric(sp, offset, width):
 def _geometry(scene, sp, what, offset, width):
     """A vector POINT_* at the point that offset and width name."""
     if what == ops.POINT_POSITION:
-        return _steady(shifted_position(sp, offset, width))
+        return shifted_position(sp, offset, width)
     if what == ops.POINT_NORMAL:
         return vec(sp.n)
     if what == ops.POINT_TRUE_NORMAL:

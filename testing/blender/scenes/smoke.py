@@ -150,7 +150,7 @@ def smoke_world():
     kit.world(lambda node: {"Volume": node("VolumeScatter", Density=0.06, Color=(0.8, 0.9, 1.0), Anisotropy=0.3)})
 
 
-@scene(1, 96, volume_bounces=1)
+@scene(1, 48, volume_bounces=1)
 def smoke_beyond():
     """Fog of the world behind what a ray passes or is scattered by, without a floor."""
     kit.put("ball", scattering((0.8, 0.8, 0.8), 0.4), (-0.3, -0.6, 0.9), 0.7)

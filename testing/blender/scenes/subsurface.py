@@ -65,7 +65,7 @@ def subsurface_anisotropic():
     show([skin(0.05, method=m, Subsurface_Anisotropy=g) for m in METHODS for g in (0.4, 0.8)])
 
 
-@scene(3, 192, alike=False)
+@scene(3, 192, alike=False, deep=True)
 def subsurface_backward():
     """Backward scattering, which Blender before 5.2 takes for none."""
     show([skin(0.05, JADE, method, Subsurface_Anisotropy=-0.5) for method in METHODS])
@@ -89,7 +89,7 @@ def subsurface_entry():
     )
 
 
-@scene(3, 128)
+@scene(3, 128, deep=True)
 def subsurface_node():
     def scattering(method, **inputs):
         values = {"Color": SKIN, "Scale": 0.05 * RADIUS_OF_LENGTH[method], "Radius": RED}

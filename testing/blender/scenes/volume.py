@@ -124,7 +124,7 @@ def volume_mixed():
     kit.light("POINT", 20.0, (0.0, -0.3, 1.3), shadow_soft_size=0.4)
 
 
-@scene(1, 256, volume_bounces=2, alike=True)
+@scene(1, 256, volume_bounces=2, alike=True, deep=True)
 def volume_around_camera():
     stage()
     kit.put("cube", scattering((0.8, 0.8, 0.8), 0.08), (0.0, 0.0, 4.0), 9.0)
