@@ -10,9 +10,12 @@ from restir_engine.kernels.core import jit, workers
 
 # What tests that touch Blender do without: each of these compiles when something needs it all the same.
 REUSE = (
+    "integrators.blocks.",
     "integrators.resampling.",
     "integrators.techniques.path.",
+    "integrators.techniques.refraction.",
     "integrators.techniques.subsurface.",
+    "integrators.techniques.walks.",
     "kernels.subsurface.irradiance_cache",
 )
 
