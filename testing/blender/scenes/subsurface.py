@@ -152,7 +152,7 @@ def subsurface_bump():
     )
 
 
-@scene(3, 128)
+@scene(3, 128, deep=True)
 def subsurface_layers():
     """Between the other layers of Principled, and in a mix with other surfaces."""
 
@@ -170,7 +170,7 @@ def subsurface_layers():
     )
 
 
-@scene(3, 128)
+@scene(3, 128, deep=True)
 def subsurface_channel_without_radius():
     show([skin(0.1, radius=radius) for radius in ((1.0, 0.0, 0.3), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))])
 
